@@ -1,0 +1,44 @@
+"""scene, settings -> picture.  The renderer itself; it knows nothing of Blender."""
+
+from .plan import Plan, compile_plan
+from .render import Picture, Progress, render
+from .scene import (
+    Camera,
+    Cancelled,
+    Instance,
+    Lamp,
+    Link,
+    Material,
+    Mesh,
+    Node,
+    Note,
+    RayKinds,
+    Scene,
+    SceneError,
+    World,
+)
+from .settings import OPTIONS, Option, Settings
+
+__all__ = [
+    "OPTIONS",
+    "Camera",
+    "Cancelled",
+    "Instance",
+    "Lamp",
+    "Link",
+    "Material",
+    "Mesh",
+    "Node",
+    "Note",
+    "Option",
+    "Picture",
+    "Plan",
+    "Progress",
+    "RayKinds",
+    "Scene",
+    "SceneError",
+    "Settings",
+    "World",
+    "compile_plan",
+    "render",
+]

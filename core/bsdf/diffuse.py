@@ -1,0 +1,33 @@
+"""closure, wo, u -> wi, weight, pdf.  Lambertian reflection.
+
+f = 1/pi on the shading normal's side, 0 behind; the closure's colour is the albedo.
+Source: Pharr et al. 2023, "Physically Based Rendering", 4th ed., section 9.2.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import INV_PI, Scalar, Vec
+from ..sampling import warp
+from .kinds import DIFFUSE
+
+NAME = "diffuse"
+PARAMETERS: tuple[str, ...] = ()
+IS_DELTA = False
+RAY_KIND = DIFFUSE
+WEIGHT_IN_WI_Z = True
+
+
+def evaluate(parameters: Vec, wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
+    """Return f cos (N,) and the pdf (N,) [1/sr] with which `sample` finds wi (3, N)."""
+    pdf = wi[2] * INV_PI
+    np.maximum(pdf, 0, out=pdf)
+    return pdf, pdf
+
+
+def sample(
+    parameters: Vec, wo: Vec, back: NDArray[np.bool_], u: Scalar, v: Scalar
+) -> tuple[Vec, Scalar, Scalar]:
+    """Draw wi (3, N) in proportion to cos; the weight is exactly 1."""
+    wi = warp.cosine_hemisphere(u, v)
+    return wi, np.ones_like(u), wi[2] * INV_PI

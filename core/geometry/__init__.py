@@ -1,0 +1,1 @@
+"""scene -> triangles, hits, points.  Where rays meet surfaces."""

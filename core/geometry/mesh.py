@@ -1,0 +1,264 @@
+"""instances -> triangles.  All meshes of the scene as one triangle table about a local origin.
+
+Embree and every hit address triangles by one number.  Positions are moved to the local origin
+in float64 and rounded once; all that a hit needs of a flat triangle is one row of 32 bytes.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import EPSILON, F32
+from ..scene import Instance, Material, Mesh, Note, SceneError
+
+# Columns of `Triangles.rows`; ids are int32 stored in the bits of a float32.
+NX, NY, NZ, PLANE, OFFSET, MATERIAL, SMOOTH = range(7)
+COLUMNS = 8  # the last is room
+
+# Rounding of a hit point and of Embree's own test, in units of EPSILON x the largest coordinate
+# of the triangle: measured on tilted ground, 8 x (|point| + |vertex|) leaves no self-shadowing.
+OFFSET_ULPS = 16
+
+CHUNK = 1 << 17  # triangles per step of the table's arithmetic: float64 that fits the caches
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """The flattened triangles of a scene; F triangles, S of them smooth.
+
+    vertices (V, 3) float32 and corners (F, 3) int32 go to Embree; rows (F, 8) float32 holds the
+    unit normal, the plane's distance from the origin, the ray offset [m], the material and the
+    row of `normals` or -1; normals (S, 9) float32 holds three corner normals, None if all flat.
+    """
+
+    vertices: NDArray[np.float32]
+    corners: NDArray[np.int32]
+    rows: NDArray[np.float32]
+    normals: NDArray[np.float32] | None
+
+    @property
+    def count(self) -> int:
+        """The number of triangles."""
+        return len(self.corners)
+
+
+def bounds(instances: tuple[Instance, ...]) -> NDArray[np.float64] | None:
+    """Return the world-space box (2, 3) [m] around all finite vertices, None if there are none."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    boxes: dict[int, NDArray[np.float64] | None] = {}
+    for instance in instances:
+        mesh = instance.mesh
+        if id(mesh) not in boxes:
+            boxes[id(mesh)] = _box(mesh)
+        box = boxes[id(mesh)]
+        if box is None:
+            continue
+        centre, half = (box[0] + box[1]) / 2, (box[1] - box[0]) / 2
+        centre = instance.to_world[:, :3] @ centre + instance.to_world[:, 3]
+        half = np.abs(instance.to_world[:, :3]) @ half
+        low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
+    return np.stack([low, high]) if (low <= high).all() else None
+
+
+def compile_triangles(
+    instances: tuple[Instance, ...],
+    materials: dict[int, int],
+    origin: NDArray[np.float64],
+    memory_limit: float,
+    should_stop: Callable[[], bool],
+) -> tuple[Triangles | None, list[Note]]:
+    """Flatten instances into one table about `origin` (3,) [m].
+
+    `materials` maps id(material) to its number, with None's under id(None).  Triangles with a
+    vertex that is not finite are left out and noted; so are, silently, those without area.
+    Raises: SceneError if the table would need more than `memory_limit` bytes.
+    """
+    notes: list[Note] = []
+    clean: dict[int, Mesh] = {}
+    for instance in instances:
+        if id(instance.mesh) not in clean:
+            clean[id(instance.mesh)] = _without_broken(instance.mesh, notes)
+    used = [(i, clean[id(i.mesh)]) for i in instances if len(clean[id(i.mesh)].triangles)]
+    _check_memory(used, memory_limit)
+    if not used:
+        return None, notes
+
+    # Make room for all, then fill in instance by instance.
+    vertex_count = sum(len(mesh.positions) for _, mesh in used)
+    count = sum(len(mesh.triangles) for _, mesh in used)
+    smooth_count = sum(len(mesh.triangles) for _, mesh in used if mesh.normals is not None)
+    vertices = np.empty((vertex_count, 3), F32)
+    corners = np.empty((count, 3), np.int32)
+    rows = np.zeros((count, COLUMNS), F32)
+    ids = rows.view(np.int32)
+    normals = np.empty((smooth_count, 9), F32) if smooth_count else None
+    first_vertex = first = first_smooth = 0
+    for instance, mesh in used:
+        if should_stop():
+            break
+        v = slice(first_vertex, first_vertex + len(mesh.positions))
+        f = slice(first, first + len(mesh.triangles))
+        linear, shift = instance.to_world[:, :3], instance.to_world[:, 3] - origin
+        mirrored = np.linalg.det(linear) < 0
+        _place(mesh.positions, linear, shift, vertices[v])
+
+        # A mirrored object keeps its outside: swap two corners of each triangle.
+        order = (0, 2, 1) if mirrored else (0, 1, 2)
+        local = mesh.triangles[:, order] if mirrored else mesh.triangles
+        np.add(local, first_vertex, out=corners[f])
+        ids[f, MATERIAL] = _material_ids(instance, mesh, materials)
+        ids[f, SMOOTH] = -1
+        if mesh.normals is not None and normals is not None:
+            s = slice(first_smooth, first_smooth + len(local))
+            per_corner = _corner_normals(mesh, local, order)
+            normals[s] = _turn_normals(per_corner, linear).reshape(-1, 9)
+            ids[f, SMOOTH] = np.arange(s.start, s.stop, dtype=np.int32)
+            first_smooth = s.stop
+        first_vertex, first = v.stop, f.stop
+
+    for start in range(0, count, CHUNK):
+        if should_stop():
+            break
+        _fill_planes(vertices, corners[start : start + CHUNK], rows[start : start + CHUNK])
+    return Triangles(vertices, corners, rows, normals), notes
+
+
+def _box(mesh: Mesh) -> NDArray[np.float64] | None:
+    if not len(mesh.triangles):
+        return None
+    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        finite = mesh.positions[np.isfinite(mesh.positions).all(axis=1)]
+        if not len(finite):
+            return None
+        low, high = finite.min(axis=0), finite.max(axis=0)
+    return np.stack([low, high]).astype(np.float64)
+
+
+def _without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
+    # min and max pass NaN and infinity on, so two reductions tell a sound mesh.
+    if not len(mesh.triangles):
+        return mesh
+    extremes = mesh.positions.min() - mesh.positions.max()
+    if np.isfinite(extremes):
+        return mesh
+    sound = np.isfinite(mesh.positions).all(axis=1)
+    keep = np.flatnonzero(sound[mesh.triangles].all(axis=1))
+    dropped = len(mesh.triangles) - len(keep)
+    if dropped:
+        bad = int(np.flatnonzero(~sound)[0])
+        notes.append(
+            Note(
+                f"Mesh '{mesh.name}'",
+                f"{dropped} triangles are left out: vertex {bad} and {int((~sound).sum()) - 1} "
+                "others have a coordinate that is not a finite number",
+            )
+        )
+    per_corner = mesh.normals is not None and mesh.normals.ndim == 3
+    return Mesh(
+        name=mesh.name,
+        positions=np.where(sound[:, None], mesh.positions, 0),
+        triangles=mesh.triangles[keep],
+        normals=mesh.normals[keep] if per_corner and mesh.normals is not None else mesh.normals,
+        slots=None if mesh.slots is None else mesh.slots[keep],
+    )
+
+
+def _check_memory(used: list[tuple[Instance, Mesh]], limit: float) -> None:
+    # Embree's tree and copies: about 150 bytes a triangle, measured; our tables: 44 to 80.
+    def need(mesh: Mesh) -> int:
+        own = 12 + 4 * COLUMNS + (36 if mesh.normals is not None else 0)
+        return len(mesh.triangles) * (150 + own) + len(mesh.positions) * 28
+
+    total = sum(need(mesh) for _, mesh in used)
+    if total <= limit:
+        return
+    by_name: dict[str, int] = {}
+    for instance, mesh in used:
+        by_name[instance.name] = by_name.get(instance.name, 0) + need(mesh)
+    name = max(by_name, key=lambda key: by_name[key])
+    raise SceneError(
+        f"Object '{name}' with its instances needs {by_name[name] / 2**30:.1f} GB of the "
+        f"{total / 2**30:.1f} GB that this scene needs when instances are flattened; "
+        f"the limit (Instance Memory) is {limit / 2**30:.1f} GB"
+    )
+
+
+def _place(
+    positions: NDArray[np.floating],
+    linear: NDArray[np.float64],
+    shift: NDArray[np.float64],
+    out: NDArray[np.float32],
+) -> None:
+    if np.array_equal(linear, np.eye(3)) and not shift.any():
+        out[:] = positions
+        return
+    for start in range(0, len(positions), CHUNK):
+        part = slice(start, start + CHUNK)
+        world = positions[part].astype(np.float64) @ linear.T
+        world += shift
+        out[part] = world
+
+
+def _material_ids(
+    instance: Instance, mesh: Mesh, materials: dict[int, int]
+) -> NDArray[np.int32] | np.int32:
+    slots: tuple[Material | None, ...] = instance.materials or (None,)
+    table = np.array([materials[id(material)] for material in slots], np.int32)
+    if mesh.slots is None:
+        return np.int32(table[0])
+    return table.take(np.clip(mesh.slots, 0, len(table) - 1))
+
+
+def _corner_normals(
+    mesh: Mesh, triangles: NDArray[np.int32], order: tuple[int, int, int]
+) -> NDArray[np.float32]:
+    assert mesh.normals is not None
+    if mesh.normals.ndim == 2:
+        return mesh.normals.take(triangles, axis=0)
+    return mesh.normals if order == (0, 1, 2) else mesh.normals[:, order]
+
+
+def _turn_normals(
+    normals: NDArray[np.float32], linear: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    # The cofactor matrix carries normals, has no division, and is exact for a flattened object;
+    # it turns them inside out where the object is mirrored, so take that back.
+    cofactor = np.cross(linear[[1, 2, 0]], linear[[2, 0, 1]])
+    if np.linalg.det(linear) < 0:
+        cofactor = -cofactor
+    scale = np.abs(cofactor).max()
+    if scale > 0:
+        cofactor = cofactor / scale
+    if np.array_equal(cofactor, np.eye(3)):
+        return normals
+    turned = normals @ cofactor.T.astype(F32)
+    length = np.sqrt(turned[..., 0] ** 2 + turned[..., 1] ** 2 + turned[..., 2] ** 2)
+    turned /= np.maximum(length, F32(1e-30))[..., None]
+    return turned.astype(F32, copy=False)
+
+
+def _fill_planes(
+    vertices: NDArray[np.float32], corners: NDArray[np.int32], rows: NDArray[np.float32]
+) -> None:
+    # float64: the normal of a needle needs it, and it is the rounded vertices that Embree sees.
+    a, b, c = (vertices.take(corners[:, k], axis=0).T.astype(np.float64) for k in range(3))
+    e1, e2 = b - a, c - a
+    nx = e1[1] * e2[2] - e1[2] * e2[1]
+    ny = e1[2] * e2[0] - e1[0] * e2[2]
+    nz = e1[0] * e2[1] - e1[1] * e2[0]
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    np.maximum(length, 1e-300, out=length)
+    rows[:, NX], rows[:, NY], rows[:, NZ] = nx / length, ny / length, nz / length
+
+    # The plane goes through the middle of the triangle, where float32 normals err least.
+    middle = (a + b + c) / 3
+    rows[:, PLANE] = (
+        rows[:, NX] * middle[0] + rows[:, NY] * middle[1] + rows[:, NZ] * middle[2]
+    )
+    largest = np.abs(a).max(axis=0)
+    for corner in (b, c):
+        np.maximum(largest, np.abs(corner).max(axis=0), out=largest)
+    rows[:, OFFSET] = largest * (OFFSET_ULPS * float(EPSILON))

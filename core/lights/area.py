@@ -1,0 +1,361 @@
+"""rectangle, ellipse + u, v -> a point on them, its gain and pdf.  Area lights with spread.
+
+They emit on one side, uniformly over their area.  Far points sample the area.  Near ones sample the
+solid angle of the rectangle, where area sampling would be noisy: Urena et al. 2013, "An
+Area-Preserving Parametrization for Spherical Rectangles", here with products of corner distances
+instead of differences of angles, and the solid angle from Van Oosterom & Strackee 1983, so that
+single precision is enough.  The spread is a grid of slats in front of the lamp: Cycles, D10594.
+"""
+
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, Index, Scalar, Vec, dot
+from ..sampling.warp import concentric_disk
+from ..scene import Lamp
+from .kind import (
+    TINY,
+    Hull,
+    Kind,
+    Rows,
+    brightness,
+    missed,
+    position,
+    reciprocal,
+)
+
+# Nearer than this many diagonals to its centre, points sample the solid angle
+NEAR = 1.0
+# Below this the solid angle is not a better measure than the area [sr]
+SMALLEST_ANGLE = F32(1e-5)
+SMALL, HALF, ONE = F32(1e-12), F32(0.5), F32(1)
+GRAZING = F32(1e-8)
+
+
+class _Shape(NamedTuple):
+    """A lamp's rectangle in the world: full sides u and v, and its normal n, all (3,)."""
+
+    u: NDArray[np.float64]
+    v: NDArray[np.float64]
+    n: NDArray[np.float64]
+    area: float
+
+
+def _shape(lamp: Lamp) -> _Shape | None:
+    """Return the lamp's rectangle, None if it is degenerate; shear is taken out."""
+    matrix = lamp.to_world[:, :3]
+    u, v = matrix[:, 0] * lamp.size[0], matrix[:, 1] * lamp.size[1]
+    width, height = np.linalg.norm(u), np.linalg.norm(v)
+    n = np.cross(u, v)
+    n *= -1.0 if n @ matrix[:, 2] > 0.0 else 1.0
+    length = np.linalg.norm(n)
+    if not (matrix[:, 2].any() and length > 1e-6 * width * height > 0.0):
+        return None
+    n /= length
+    v = np.cross(n, u) * (height / width) * (1.0 if np.cross(n, u) @ v > 0.0 else -1.0)
+    area = width * height * (np.pi / 4 if lamp.ellipse else 1.0)
+    return _Shape(u, v, n, float(area))
+
+
+def classify(lamp: Lamp) -> Kind | None:
+    """Return the kind of an area lamp, None if it has no area."""
+    if _shape(lamp) is None:
+        return None
+    if lamp.spread <= 0.0:
+        return BEAM_ELLIPSE if lamp.ellipse else BEAM
+    if lamp.spread >= np.float32(np.pi):
+        return ELLIPSE if lamp.ellipse else RECTANGLE
+    return ELLIPSE_SPREAD if lamp.ellipse else RECTANGLE_SPREAD
+
+
+# Parameters: centre 0:3, side u 3:6, side v 6:9, normal 9:12, and the numbers below.
+# "Scaled" is in units of the diagonal: the solid angle has no scale, and nothing overflows.
+AREA, NEAR_SQUARED = 12, 13
+INV_UU, INV_VV = 14, 15  # 1/|u|^2, 1/|v|^2: position along the side, its centre 0, its ends +-1/2
+WIDTH, HEIGHT, INV_DIAGONAL = 16, 17, 18  # scaled, scaled, 1/m
+TAN_SPREAD, SPREAD_GAIN = 19, 20
+
+
+def _compile(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
+    shape = _shape(lamp)
+    assert shape is not None
+    uu, vv = shape.u @ shape.u, shape.v @ shape.v
+    diagonal = np.sqrt(uu + vv)
+    sizes = [np.sqrt(uu) / diagonal, np.sqrt(vv) / diagonal, 1.0 / diagonal]
+    row = [*position(lamp, origin), *shape.u, *shape.v, *shape.n, shape.area]
+    row += [(NEAR * diagonal) ** 2, 1.0 / uu, 1.0 / vv, *sizes]
+
+    # Integral of cos (1 - tan / tan(half)) over the cone is 1; Cycles' series where it is narrow
+    half = 0.5 * max(lamp.spread, 0.0)
+    if 0.0 < lamp.spread < np.float32(np.pi):
+        row += [np.tan(half), 1.0 / (np.tan(half) - half) if half > 0.05 else 3.0 / half**3]
+    return [float(value) for value in row]
+
+
+def _power(lamp: Lamp, radius: float) -> float:
+    shape = _shape(lamp)
+    return np.pi * shape.area * brightness(lamp) if shape else 0.0
+
+
+def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
+    shape = _shape(lamp)
+    if shape is None or lamp.spread <= 0.0:
+        return None
+    corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+    vertices = position(lamp, origin) + [a * shape.u + b * shape.v for a, b in corners]
+    return vertices, np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+
+
+def _solid_angle(x0: Scalar, x1: Scalar, y0: Scalar, y1: Scalar, z: Scalar) -> Scalar:
+    """Return the solid angle [sr] of the rectangle [x0, x1] x [y0, y1] at height z >= 0."""
+    # Find the distances and the dot products of the corners
+    zz, xx, yy = z * z, x0 * x1, y0 * y1
+    x00, x11, y00, y11 = x0 * x0, x1 * x1, y0 * y0, y1 * y1
+    a = np.sqrt(x00 + y00 + zz)
+    b = np.sqrt(x11 + y00 + zz)
+    c = np.sqrt(x11 + y11 + zz)
+    d = np.sqrt(x00 + y11 + zz)
+    ac = xx + yy + zz
+
+    # Add the two triangles' half angles as complex numbers: no cancellation when they are small
+    triple = (x1 - x0) * (y1 - y0) * z
+    p = a * b * c + (xx + y00 + zz) * c + ac * b + (x11 + yy + zz) * a
+    q = a * c * d + ac * d + (x00 + yy + zz) * c + (xx + y11 + zz) * a
+    return F32(2) * np.arctan2(triple * (p + q), p * q - triple * triple)
+
+
+def _sample_angle(
+    x0: Scalar, x1: Scalar, y0: Scalar, y1: Scalar, z: Scalar, angle: Scalar, u: Scalar, v: Scalar
+) -> tuple[Scalar, Scalar]:
+    """Return the point x, y of the rectangle that u, v choose uniformly by solid angle.
+
+    Source: Urena et al. 2013, section 5.
+    """
+    # Find cosine and sine of the angle at which the slices begin, g2 + g3 there
+    zz = z * z
+    iy0 = ONE / np.sqrt(y0 * y0 + zz)
+    iy1 = ONE / np.sqrt(y1 * y1 + zz)
+    ix0 = ONE / (x0 * x0 + zz)
+    a = np.sqrt(x0 * x0 + y0 * y0 + zz)
+    d = np.sqrt(x0 * x0 + y1 * y1 + zz)
+    scale = iy0 * iy1 * ix0
+    cosine = (zz * a * d + x0 * x0 * y0 * y1) * scale
+    sine = z * x0 * (y1 * a - y0 * d) * scale
+
+    # Turn by the share u of the solid angle, and find the slice's x
+    turn = u * angle
+    cos_turn, sin_turn = np.cos(turn), np.sin(turn)
+    across = cosine * cos_turn - sine * sin_turn
+    along = sine * cos_turn + cosine * sin_turn
+    f = (y1 * iy1 - across * y0 * iy0) / np.copysign(np.maximum(np.abs(along), SMALL), along)
+    x = np.copysign(z, f) / np.sqrt(np.maximum(f * f - zz * iy0 * iy0, SMALL * SMALL))
+    x = np.minimum(np.maximum(x, x0), x1)
+
+    # Find y in the slice
+    dd = x * x + zz
+    h0 = y0 / np.sqrt(dd + y0 * y0)
+    h1 = y1 / np.sqrt(dd + y1 * y1)
+    h = h0 + v * (h1 - h0)
+    y = h * np.sqrt(dd / np.maximum(ONE - h * h, SMALL))
+    return x, np.minimum(np.maximum(y, y0), y1)
+
+
+def _local(rows: Rows, vector: Vec) -> tuple[Scalar, Scalar]:
+    """Return the coordinates of a vector along the sides, in units of the sides."""
+    return dot(rows[3:6], vector) * rows[INV_UU], dot(rows[6:9], vector) * rows[INV_VV]
+
+
+def _window(
+    rows: Rows, base: Vec, height: Scalar, spread: bool
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the bounds s0, s1, t0, t1 of the part of the rectangle that sends light to a point."""
+    if not spread:
+        return -HALF, HALF, -HALF, HALF
+    s, t = _local(rows, base)
+    z = height * rows[INV_DIAGONAL] * rows[TAN_SPREAD]
+    a, b = z / rows[WIDTH], z / rows[HEIGHT]
+    s0, t0 = np.maximum(-a - s, -HALF), np.maximum(-b - t, -HALF)
+    return s0, np.maximum(np.minimum(a - s, HALF), s0), t0, np.maximum(np.minimum(b - t, HALF), t0)
+
+
+def _part(
+    rows: Rows, base: Vec, height: Scalar, ellipse: bool
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return centre and size, s, t, ds, dt, of what far points sample of a lamp with a spread.
+
+    That is the window of a rectangle; of an ellipse, itself or the lit circle if that is smaller.
+    """
+    if not ellipse:
+        s0, s1, t0, t1 = _window(rows, base, height, True)
+        return HALF * (s0 + s1), HALF * (t0 + t1), s1 - s0, t1 - t0
+    s, t = _local(rows, base)
+    z = F32(2) * height * rows[INV_DIAGONAL] * rows[TAN_SPREAD]
+    a, b = z / rows[WIDTH], z / rows[HEIGHT]
+    circle = a * b < ONE
+    zero = F32(0)
+    return (
+        np.where(circle, -s, zero),
+        np.where(circle, -t, zero),
+        np.where(circle, a, ONE),
+        np.where(circle, b, ONE),
+    )
+
+
+def _inside(s: Scalar, t: Scalar) -> Scalar:
+    """Return 1 in the ellipse and 0 outside."""
+    return (s * s + t * t <= F32(0.25 * (1 + 1e-5))).astype(F32)
+
+
+def _attenuation(rows: Rows, s: Scalar, t: Scalar, height: Scalar) -> Scalar:
+    """Return the share of radiance that passes the slats, s and t counted from the point lit."""
+    x, y, z = s * rows[WIDTH], t * rows[HEIGHT], height * rows[INV_DIAGONAL]
+    tangent = np.sqrt(x * x + y * y) / np.maximum(z, SMALL)
+    return np.maximum(rows[TAN_SPREAD] - tangent, F32(0)) * rows[SPREAD_GAIN]
+
+
+class _Near(NamedTuple):
+    """The points that sample the solid angle of a rectangle; all scaled, seen from the point."""
+
+    index: Index
+    x: Scalar  # of the centre of the whole lamp
+    y: Scalar
+    x0: Scalar
+    x1: Scalar
+    y0: Scalar
+    y1: Scalar
+    z: Scalar
+    angle: Scalar  # [sr]
+
+
+def _near(rows: Rows, base: Vec, height: Scalar, spread: bool) -> _Near | None:
+    """Return the points so near that they sample the solid angle; None if there are none."""
+    index = np.flatnonzero((dot(base, base) < rows[NEAR_SQUARED]) & (height > 0))
+    if not index.size:
+        return None
+    rows = rows if rows.shape[1] == 1 else rows.take(index, axis=1)
+    base, height = base.take(index, axis=1), height.take(index)
+    s, t = _local(rows, base)
+    s0, s1, t0, t1 = _window(rows, base, height, spread)
+    x, y, width, length = s * rows[WIDTH], t * rows[HEIGHT], rows[WIDTH], rows[HEIGHT]
+    bounds = x + s0 * width, x + s1 * width, y + t0 * length, y + t1 * length
+    z = height * rows[INV_DIAGONAL]
+    angle = _solid_angle(*bounds, z)
+    use = np.flatnonzero(angle > SMALLEST_ANGLE)
+    near = _Near(index, x, y, *bounds, z, angle)
+    return near if use.size == index.size else _Near(*(part.take(use) for part in near))
+
+
+def _sample(
+    rows: Rows, point: Vec, u: Scalar, v: Scalar, *, ellipse: bool, spread: bool
+) -> tuple[Vec, Scalar, Scalar]:
+    """Sample a point of a lamp; unbiased."""
+    base = rows[:3] - point
+    height = np.maximum(-dot(rows[9:12], base), F32(0))
+
+    # Choose by area: position from the centre in units of the sides, and the area it stands for
+    s, t = concentric_disk(u, v) * HALF if ellipse else (u - HALF, v - HALF)
+    area = rows[AREA]
+    if spread:
+        middle_s, middle_t, size_s, size_t = _part(rows, base, height, ellipse)
+        s, t = middle_s + size_s * s, middle_t + size_t * t
+        area = area * size_s * size_t
+
+    # Choose again, by solid angle, where the point is near
+    near = _near(rows, base, height, spread)
+    if near:
+        k = near.index
+        x, y = _sample_angle(*near[3:], u.take(k), v.take(k))
+        one = rows.shape[1] == 1
+        s[k] = (x - near.x) / (rows[WIDTH] if one else rows[WIDTH].take(k))
+        t[k] = (y - near.y) / (rows[HEIGHT] if one else rows[HEIGHT].take(k))
+
+    # Lead to that point, and weigh it by the solid angle it stands for
+    to_light = rows[3:6] * s
+    to_light += rows[6:9] * t
+    to_light += base
+    squared = dot(to_light, to_light)
+    weight = height * area
+    weight /= np.maximum(squared * np.sqrt(squared), TINY)
+    if near:
+        weight[near.index] = near.angle
+    pdf = reciprocal(weight)
+
+    # Take away what the slats hide, and the corners around the ellipse
+    if spread:
+        middle_s, middle_t = _local(rows, base)
+        weight *= _attenuation(rows, middle_s + s, middle_t + t, height)
+    if ellipse and (spread or near):
+        weight *= _inside(s, t)
+    return to_light, weight, pdf
+
+
+def _intersect(
+    rows: Rows, origin: Vec, direction: Vec, *, ellipse: bool, spread: bool
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Meet the lit side of a lamp."""
+    base = rows[:3] - origin
+    height = np.maximum(-dot(rows[9:12], base), F32(0))
+    cosine = np.maximum(-dot(rows[9:12], direction), F32(0))
+
+    # Find where the ray crosses the plane, in units of the sides
+    distance = height / np.maximum(cosine, GRAZING)
+    s, t = _local(rows, direction * distance - base)
+    hit = (_inside(s, t) > 0) if ellipse else (np.abs(s) <= HALF) & (np.abs(t) <= HALF)
+    hit &= (cosine > GRAZING) & (height > 0)
+
+    # Find the density with which `sample` would have come here
+    area = rows[AREA]
+    if spread:
+        _, _, size_s, size_t = _part(rows, base, height, ellipse)
+        area = area * size_s * size_t
+    weight = cosine * area / np.maximum(distance * distance, TINY)
+    near = _near(rows, base, height, spread)
+    if near:
+        weight[near.index] = near.angle
+
+    # See the radiance that the slats let pass
+    gain = hit.astype(F32)
+    if spread:
+        middle_s, middle_t = _local(rows, base)
+        gain *= _attenuation(rows, middle_s + s, middle_t + t, height)
+    return np.where(hit, distance, F32(np.inf)), gain, reciprocal(weight * hit)
+
+
+def _sample_beam(
+    rows: Rows, point: Vec, u: Scalar, v: Scalar, *, ellipse: bool
+) -> tuple[Vec, Scalar, Scalar]:
+    """Go straight to a lamp of spread 0: parallel light, irradiance pi times its radiance."""
+    base = rows[:3] - point
+    height = -dot(rows[9:12], base)
+    s, t = _local(rows, base)
+    lit = _inside(s, t) if ellipse else ((np.abs(s) <= HALF) & (np.abs(t) <= HALF)).astype(F32)
+    lit *= height > 0
+    return -height * rows[9:12], F32(np.pi) * lit, np.zeros_like(lit)
+
+
+def _intersect_beam(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
+    return missed(origin, direction)
+
+
+def _kind(name: str, ellipse: bool, spread: bool) -> Kind:
+    return Kind(
+        name,
+        _compile,
+        partial(_sample, ellipse=ellipse, spread=spread),
+        partial(_intersect, ellipse=ellipse, spread=spread),
+        _power,
+        _hull,
+    )
+
+
+RECTANGLE = _kind("rectangle", False, False)
+RECTANGLE_SPREAD = _kind("rectangle with spread", False, True)
+ELLIPSE = _kind("ellipse", True, False)
+ELLIPSE_SPREAD = _kind("ellipse with spread", True, True)
+BEAM = replace(RECTANGLE, name="beam", sample=partial(_sample_beam, ellipse=False),
+               intersect=_intersect_beam)
+BEAM_ELLIPSE = replace(BEAM, name="round beam", sample=partial(_sample_beam, ellipse=True))

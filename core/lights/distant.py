@@ -1,0 +1,85 @@
+"""sun + u, v -> a direction to it, its gain and pdf.  Light from infinitely far.
+
+A sun is a cone of uniform radiance E / (pi sin^2(angle / 2)): a surface that faces it has the
+irradiance E, whatever the angle.  With angle 0 it is one direction.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, INV_PI, Scalar, Vec, dot, frame
+from ..sampling.warp import uniform_cone
+from ..scene import Lamp
+from .kind import AT_INFINITY, Hull, Kind, Rows, brightness, missed
+
+# Parameters: axis to the sun 0:3, tangent 3:6, bitangent 6:9, and the numbers below
+MINUS_COS, GAIN, RADIANCE = 9, 10, 11
+
+
+def classify(lamp: Lamp) -> Kind | None:
+    """Return the kind of a sun, None if it has no direction."""
+    if not lamp.to_world[:, 2].any():
+        return None
+    return SUN if lamp.angle > 0.0 else PARALLEL
+
+
+def _compile(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
+    axis = lamp.to_world[:, 2] / np.abs(lamp.to_world[:, 2]).max()
+    axis = axis / np.linalg.norm(axis)
+    tangent, bitangent = frame(axis[:, None])
+    half = 0.5 * min(lamp.angle, np.pi)
+    minus = 2.0 * np.sin(0.5 * half) ** 2
+    row = [*axis, *tangent[:, 0], *bitangent[:, 0], minus]
+    if lamp.angle > 0.0:
+        row += [2.0 * minus / np.sin(half) ** 2, 1.0 / (np.pi * np.sin(half) ** 2)]
+    return [float(value) for value in row]
+
+
+def _power(lamp: Lamp, radius: float) -> float:
+    return np.pi * radius**2 * brightness(lamp)
+
+
+def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
+    return None
+
+
+def _sample(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+    """Sample the cone by solid angle; unbiased."""
+    x, y, z = uniform_cone(u, v, rows[MINUS_COS])
+    to_light = rows[0:3] * z
+    to_light += rows[3:6] * x
+    to_light += rows[6:9] * y
+    pdf = np.empty_like(z)
+    pdf[:] = F32(0.5) * INV_PI / rows[MINUS_COS]
+    gain = np.empty_like(z)
+    gain[:] = rows[GAIN]
+    return to_light, gain, pdf
+
+
+def _intersect(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
+    """Meet the cone at infinity."""
+    # The chord is accurate where the cosine of a small angle is not
+    chord = direction - rows[0:3]
+    hit = dot(chord, chord) <= F32(2) * rows[MINUS_COS]
+    gain = np.where(hit, rows[RADIANCE], F32(0))
+    pdf = np.where(hit, F32(0.5) * INV_PI / rows[MINUS_COS], F32(0))
+    return np.where(hit, AT_INFINITY, F32(np.inf)), gain, pdf
+
+
+def _sample_parallel(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+    """Go towards the sun: nothing to choose."""
+    to_light = np.empty((3, u.size), F32)
+    to_light[:] = rows[0:3]
+    return to_light, np.ones(u.size, F32), np.zeros(u.size, F32)
+
+
+def _intersect_parallel(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
+    return missed(origin, direction)
+
+
+SUN = Kind("sun", _compile, _sample, _intersect, _power, _hull, DISTANT=True)
+PARALLEL = replace(
+    SUN, name="parallel", sample=_sample_parallel, intersect=_intersect_parallel
+)

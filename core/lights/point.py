@@ -1,0 +1,235 @@
+"""point, spot + u, v -> a point on them, its gain and pdf.  Lamps that shine from a place.
+
+With radius 0 they are true points.  With soft falloff they are a disk that faces the point lit,
+else a sphere, both of radiance I / (pi r^2): a sphere gives I / d^2 at any distance, the disk a
+little less when near.  The cone of a spot is measured in its own scaled space (Cycles).
+"""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, INV_PI, Scalar, Vec, dot, frame
+from ..sampling.warp import concentric_disk, uniform_cone
+from ..scene import Lamp
+from .kind import (
+    TINY,
+    Hull,
+    Kind,
+    Rows,
+    brightness,
+    missed,
+    position,
+    reciprocal,
+)
+
+# Parameters: centre 0:3, radius, and for spots what follows
+RADIUS = 3
+TO_LOCAL, COS_CONE, SMOOTH = 4, 13, 14
+GRAZING = F32(1e-6)
+
+
+def classify(lamp: Lamp) -> Kind | None:
+    """Return the kind of a point or spot lamp, None for a spot that is squeezed flat."""
+    if lamp.kind == "SPOT" and _to_local(lamp) is None:
+        return None
+    table = SPOTS if lamp.kind == "SPOT" else POINTS
+    return table["point" if lamp.radius <= 0.0 else "disk" if lamp.soft_falloff else "sphere"]
+
+
+def _to_local(lamp: Lamp) -> NDArray[np.float64] | None:
+    """Return the matrix (3, 3) that turns world directions to those of the lamp, up to scale."""
+    matrix = lamp.to_world[:, :3]
+    size = np.abs(matrix).max()
+    if not size > 0.0 or not abs(np.linalg.det(matrix / size)) > 1e-18:
+        return None
+    return np.linalg.inv(matrix / size)
+
+
+def _compile_point(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
+    return [*map(float, position(lamp, origin)), float(lamp.radius)]
+
+
+def _compile_spot(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
+    to_local = _to_local(lamp)
+    assert to_local is not None
+    cosine = np.cos(0.5 * lamp.spot_angle)
+    smooth = 1.0 / max((1.0 - cosine) * lamp.spot_blend, 1e-12)
+    to_local = to_local / np.abs(to_local).max()
+    return [*_compile_point(lamp, origin), *map(float, to_local.ravel()), float(cosine), smooth]
+
+
+def _power_point(lamp: Lamp, radius: float) -> float:
+    return 4.0 * np.pi * brightness(lamp)
+
+
+def _power_spot(lamp: Lamp, radius: float) -> float:
+    return 2.0 * np.pi * (1.0 - np.cos(0.5 * lamp.spot_angle)) * brightness(lamp)
+
+
+def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
+    if lamp.radius <= 0.0:
+        return None
+    corners = np.array([(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)])
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    halves = [half for a, b, c, d in sides for half in ((a, b, c), (a, c, d))]
+    return position(lamp, origin) + corners * lamp.radius * 1.001, np.array(halves, np.int32)
+
+
+def _falloff(rows: Rows, to_light: Vec) -> Scalar:
+    """Return the share (N,) of a spot's light that goes back along `to_light` (3, N)."""
+    x = dot(rows[TO_LOCAL : TO_LOCAL + 3], to_light)
+    y = dot(rows[TO_LOCAL + 3 : TO_LOCAL + 6], to_light)
+    z = dot(rows[TO_LOCAL + 6 : TO_LOCAL + 9], to_light)
+    cosine = z / np.maximum(np.sqrt(x * x + y * y + z * z), TINY)
+    step = (cosine - rows[COS_CONE]) * rows[SMOOTH]
+    step = np.minimum(np.maximum(step, F32(0)), F32(1))
+    return step * step * (F32(3) - F32(2) * step)
+
+
+def _sample_point(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+    """Go to the light: nothing to choose."""
+    to_light = rows[:3] - point
+    gain = F32(1) / np.maximum(dot(to_light, to_light), TINY)
+    return to_light, gain, np.zeros_like(gain)
+
+
+def _sample_disk(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+    """Sample the disk that faces the point, by area; unbiased."""
+    to_light = rows[:3] - point
+    squared = dot(to_light, to_light)
+    distance = np.sqrt(squared)
+    tangent, bitangent = frame(to_light / np.maximum(distance, TINY))
+
+    # The disk is square to the way to its centre: Pythagoras gives the distance
+    x, y = concentric_disk(u, v) * rows[RADIUS]
+    tangent *= x
+    bitangent *= y
+    to_light += tangent
+    to_light += bitangent
+    squared += x * x + y * y
+    gain = distance / np.maximum(squared * np.sqrt(squared), TINY)
+    return to_light, gain, INV_PI / (rows[RADIUS] * rows[RADIUS]) * reciprocal(gain)
+
+
+def _cone(rows: Rows, squared: Scalar) -> tuple[Scalar, Scalar]:
+    """Return 1 - cos of the half angle [1] of spheres, and 1 + cos, from outside or on them."""
+    sine_squared = np.minimum(rows[RADIUS] * rows[RADIUS] / np.maximum(squared, TINY), F32(1))
+    plus = F32(1) + np.sqrt(F32(1) - sine_squared)
+    return sine_squared / plus, plus
+
+
+def _sample_sphere(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+    """Sample the solid angle of the sphere, all directions from inside of it; unbiased."""
+    axis = rows[:3] - point
+    squared = dot(axis, axis)
+    distance = np.sqrt(squared)
+    axis /= np.maximum(distance, TINY)
+    radius = np.broadcast_to(rows[RADIUS], squared.shape)
+    inside = squared <= radius * radius
+
+    # Choose a direction in the cone, or in all space
+    minus, plus = _cone(rows, squared)
+    minus = np.where(inside, F32(2), minus)
+    x, y, cosine = uniform_cone(u, v, minus)
+    tangent, bitangent = frame(axis)
+    to_light = axis * cosine
+    tangent *= x
+    bitangent *= y
+    to_light += tangent
+    to_light += bitangent
+
+    # Go to the sphere: to its near side from outside, to its far side from inside
+    across = distance * np.sqrt(x * x + y * y)
+    half = np.sqrt(np.maximum((radius - across) * (radius + across), F32(0)))
+    to_light *= distance * cosine + np.where(inside, half, -half)
+    pdf = F32(0.5) * INV_PI / minus
+    gain = F32(2) / np.maximum(plus * squared, TINY)
+    gain = np.where(inside, F32(4) / (radius * radius), gain)
+    return to_light, gain, pdf
+
+
+def _intersect_disk(
+    rows: Rows, origin: Vec, direction: Vec
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Meet the disk that faces the origin of the ray."""
+    axis = rows[:3] - origin
+    squared = dot(axis, axis)
+    distance = np.sqrt(squared)
+    cosine = dot(axis, direction) / np.maximum(distance, TINY)
+    t = distance / np.maximum(cosine, GRAZING)
+    across = direction * t
+    across -= axis
+    area = rows[RADIUS] * rows[RADIUS]
+    hit = (dot(across, across) < area) & (cosine > 0)
+    density = INV_PI / area
+    gain = np.where(hit, density, F32(0))
+    pdf = gain * (t * t) / np.maximum(cosine, GRAZING)
+    return np.where(hit, t, F32(np.inf)), gain, pdf
+
+
+def _intersect_sphere(
+    rows: Rows, origin: Vec, direction: Vec
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Meet the sphere: its near side from outside, its far side from inside."""
+    axis = rows[:3] - origin
+    squared = dot(axis, axis)
+    area = rows[RADIUS] * rows[RADIUS]
+    inside = squared <= area
+    along = dot(axis, direction)
+    across = axis - direction * along
+    gap = area - dot(across, across)
+    half = np.sqrt(np.maximum(gap, F32(0)))
+    hit = (gap >= 0) & (inside | (along > 0))
+    t = along + np.where(inside, half, -half)
+    minus = np.where(inside, F32(2), _cone(rows, squared)[0])
+    pdf = F32(0.5) * INV_PI / minus
+    gain = np.where(hit, INV_PI / area, F32(0))
+    return np.where(hit, t, F32(np.inf)), gain, pdf * hit
+
+
+def _outside(rows: Rows, point: Vec) -> Scalar:
+    axis = rows[:3] - point
+    return dot(axis, axis) > rows[RADIUS] * rows[RADIUS]
+
+
+def _sample_spot(rows: Rows, point: Vec, u: Scalar, v: Scalar, *, shape: Kind, ball: bool
+                 ) -> tuple[Vec, Scalar, Scalar]:
+    """Sample the shape, dimmed by the angle to the axis; no cone inside of a sphere (Cycles)."""
+    to_light, gain, pdf = shape.sample(rows, point, u, v)
+    falloff = _falloff(rows, to_light)
+    gain *= np.where(_outside(rows, point), falloff, F32(1)) if ball else falloff
+    return to_light, gain, pdf
+
+
+def _intersect_spot(rows: Rows, origin: Vec, direction: Vec, *, shape: Kind, ball: bool
+                    ) -> tuple[Scalar, Scalar, Scalar]:
+    """Meet the shape, dimmed by the angle to the axis; rays that lead away from it miss."""
+    t, gain, pdf = shape.intersect(rows, origin, direction)
+    falloff = _falloff(rows, direction)
+    gain *= np.where(_outside(rows, origin), falloff, F32(1)) if ball else falloff
+    return t, gain, pdf
+
+
+def _intersect_point(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
+    return missed(origin, direction)
+
+
+def _spot(shape: Kind, ball: bool = False) -> Kind:
+    return replace(
+        shape,
+        name=f"spot {shape.name}",
+        compile=_compile_spot,
+        sample=partial(_sample_spot, shape=shape, ball=ball),
+        intersect=partial(_intersect_spot, shape=shape, ball=ball),
+        power=_power_spot,
+    )
+
+
+POINT = Kind("point", _compile_point, _sample_point, _intersect_point, _power_point, _hull)
+DISK = replace(POINT, name="disk", sample=_sample_disk, intersect=_intersect_disk)
+SPHERE = replace(POINT, name="sphere", sample=_sample_sphere, intersect=_intersect_sphere)
+POINTS = {"point": POINT, "disk": DISK, "sphere": SPHERE}
+SPOTS = {"point": _spot(POINT), "disk": _spot(DISK), "sphere": _spot(SPHERE, ball=True)}

@@ -1,0 +1,230 @@
+"""plan -> Picture.  Batches of pixels and samples on a pool of threads, merged in a fixed order.
+
+A batch is a pure function of (plan, pixels, samples): the picture has the same bits whatever the
+number of threads.  The calling thread merges, shows progress and may stop the render at any time.
+"""
+
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import F32
+from .film.film import Film, new_film
+from .plan import Plan
+from .sampling.dimensions import PIXEL
+from .sampling.draws import Draws, Numbers, pixel_keys
+from .sampling.patterns import SEQUENCES
+from .statistics import Tally, peak_memory, summary
+from .transport.path import trace
+from .transport.state import Rays
+
+BATCH = 1 << 15  # slots in flight: arrays of this length stay in the caches
+CHUNK = 16  # samples that share tables of random numbers
+TICK = 0.05  # seconds between two looks at the caller
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What has been rendered: a film, how many samples of how many, and the statistics."""
+
+    film: Film
+    exposure: float
+    samples: int
+    complete: bool
+    statistics: dict[str, Any]
+
+    def combined(self) -> NDArray[np.float32]:
+        """Return (H, W, 4) float32, row 0 at the bottom, premultiplied alpha."""
+        return self.film.combined(self.exposure)
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """How far a render is; `remaining` [s] is None until it can be told."""
+
+    sample: float
+    samples: int
+    seconds: float
+    rays: int
+    _film: Film
+    _exposure: float
+
+    @property
+    def fraction(self) -> float:
+        """The share of the work that is done."""
+        return self.sample / max(self.samples, 1)
+
+    @property
+    def remaining(self) -> float | None:
+        """The seconds that the rest will take at the speed so far."""
+        return self.seconds * (1 / self.fraction - 1) if self.fraction > 0 else None
+
+    @property
+    def rays_per_second(self) -> float:
+        """Rays of all kinds in a second."""
+        return self.rays / self.seconds if self.seconds > 0 else 0.0
+
+    @property
+    def memory(self) -> int:
+        """The largest memory the process has had [bytes]."""
+        return peak_memory()
+
+    def picture(self) -> Picture:
+        """Return the picture so far, without statistics."""
+        return Picture(self._film, self._exposure, int(self.sample), False, {})
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Pixels first..first+count of the rectangle, for the samples of `numbers`."""
+
+    first: int
+    count: int
+    numbers: Numbers
+
+
+def render(
+    plan: Plan,
+    threads: int = 0,
+    on_tick: Callable[[Progress], bool | None] | None = None,
+) -> Picture:
+    """Sample a plan; `on_tick` is called every 50 ms on the caller's thread, True stops.
+
+    threads = 0 uses all cores.  A stopped render keeps what it has.
+    """
+    start = perf_counter()
+    x0, y0, x1, y1 = plan.rectangle
+    film = new_film(x1 - x0, y1 - y0, plan.film_transparent)
+    pixels = film.counts.size
+    work = (plan.samples[1] - plan.samples[0]) * pixels
+    workers = threads or os.cpu_count() or 1
+    total = Tally()
+    stop = threading.Event()
+    queue: deque[tuple[Batch, Future[tuple[NDArray[np.float64], int, Tally]]]] = deque()
+    batches = _batches(plan, pixels)
+    timed_out = False
+    with ThreadPoolExecutor(workers, thread_name_prefix="penumbra") as pool:
+        try:
+            more = True
+            while more or queue:
+                # Keep every worker busy, with a little in store.
+                while more and len(queue) < 2 * workers and not stop.is_set():
+                    batch = next(batches, None)
+                    more = batch is not None
+                    if batch is not None:
+                        queue.append((batch, pool.submit(_sample, plan, batch, stop)))
+                if stop.is_set():
+                    more = False
+                if queue:
+                    wait([queue[0][1]], timeout=TICK)
+
+                # Merge in the order of submission, so that sums do not depend on scheduling.
+                while queue and queue[0][1].done():
+                    batch, future = queue.popleft()
+                    sums, samples, tally = future.result()
+                    film.add(batch.first, sums, samples)
+                    total.add(tally)
+
+                seconds = perf_counter() - start
+                timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
+                done = total.samples / max(pixels, 1)
+                progress = Progress(
+                    done, plan.samples[1] - plan.samples[0], seconds, _rays(total), film,
+                    plan.exposure,
+                )
+                if timed_out or (on_tick is not None and on_tick(progress)):
+                    stop.set()
+        except BaseException:
+            stop.set()
+            raise
+    seconds = perf_counter() - start
+    return Picture(
+        film,
+        plan.exposure,
+        int(film.counts.min()) if pixels else 0,
+        total.samples == work or timed_out,
+        summary(total, plan.prepared, pixels, seconds),
+    )
+
+
+def _rays(tally: Tally) -> int:
+    return (
+        tally.rays_camera + tally.rays_shadow + tally.rays_reflection
+        + tally.rays_transmission + tally.rays_diffuse
+    )
+
+
+def _batches(plan: Plan, pixels: int) -> Iterator[Batch]:
+    """Yield all batches; the first rounds are short, so that there is soon something to see."""
+    first, end = plan.samples
+    sequences = _sequences(pixels)
+    step = 1 if pixels >= BATCH else CHUNK
+    while first < end:
+        # Chunks stay aligned to their own size: whole blocks of the sequence.
+        count = min(step, end - first)
+        numbers = Numbers(
+            plan.pattern, plan.seed, first, count, plan.total_samples, sequences, {}
+        )
+        for low in range(0, pixels, BATCH):
+            yield Batch(low, min(BATCH, pixels - low), numbers)
+        first += count
+        if first >= 2 * step:
+            step = min(2 * step, CHUNK)
+
+
+def _sequences(pixels: int) -> int:
+    # A quarter as many sequences as pixels are enough to look independent; tables cost.
+    return min(SEQUENCES, max(32, 1 << (pixels // 4).bit_length()))
+
+
+def _sample(
+    plan: Plan, batch: Batch, stop: threading.Event
+) -> tuple[NDArray[np.float64], int, Tally]:
+    """Return the sums (C, pixels) of a batch, the samples in them, and what they took."""
+    tally = Tally()
+    tally.start()
+    x0, y0, x1, _ = plan.rectangle
+    pixel = np.arange(batch.first, batch.first + batch.count)
+    column, row = pixel % (x1 - x0) + x0, pixel // (x1 - x0) + y0
+    key = pixel_keys(plan.seed, row * plan.frame_width + column)
+    x, y = column.astype(F32), row.astype(F32)
+    sums = np.zeros((3 + plan.film_transparent, batch.count))
+
+    # Small pictures take several samples at once: a wave is about BATCH slots.
+    together = max(1, min(batch.numbers.count, BATCH // batch.count))
+    done = 0
+    for first in range(0, batch.numbers.count, together):
+        if stop.is_set():
+            break
+        samples = min(together, batch.numbers.count - first)
+        draws = _draws(batch, key, first, samples)
+        u, v = draws.pair(PIXEL, None)
+        origin, direction, far = plan.camera.rays(
+            x if samples == 1 else np.tile(x, samples),
+            y if samples == 1 else np.tile(y, samples), u, v,
+        )
+        tally.rays_camera += u.size
+        tally.samples += u.size
+        tally.lap("camera")
+        radiance, alpha = trace(plan, Rays(origin, direction, far), draws, tally)
+        sums[:3] += radiance.reshape(3, samples, -1).sum(axis=1) if samples > 1 else radiance
+        if alpha is not None:
+            sums[3] += alpha.reshape(samples, -1).sum(axis=0)
+        tally.lap("film")
+        done += samples
+    return sums, done, tally
+
+
+def _draws(batch: Batch, key: NDArray[np.uint32], first: int, samples: int) -> Draws:
+    if samples == 1:
+        return Draws(batch.numbers, key, first)
+    rows = np.repeat(np.arange(first, first + samples, dtype=np.int32), key.size)
+    return Draws(batch.numbers, np.tile(key, samples), rows)

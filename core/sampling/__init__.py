@@ -1,0 +1,1 @@
+"""seed, pixel, sample, dimension -> numbers.  Everything random, as pure functions."""

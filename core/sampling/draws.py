@@ -1,0 +1,139 @@
+"""slots, dimension -> random pairs.  Numbers in [0, 1) as a pure function, without state.
+
+(seed, pixel, absolute sample, branch, dimension) decides each number, so that pictures do not
+depend on threads, tiles or the order of rounds, and a frame can be shared out by sample range.
+A pixel hashes to one of many sequences of each dimension (Burley 2020, "Practical Hash-based
+Owen Scrambling": pairs are made independent by shuffling); the sample is the row.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, Index, Scalar
+from . import patterns
+from .dimensions import is_stratified
+
+Keys = NDArray[np.uint32]
+
+GOLDEN = 0x9E3779B9
+
+
+def hash32(x: Keys) -> Keys:
+    """Mix the bits of x (N,) uint32; every input bit reaches every output bit.
+
+    Source: Wellons 2018, "Prospecting for Hash Functions" (the lowbias32 constants).
+    """
+    x = x ^ (x >> np.uint32(16))
+    x *= np.uint32(0x21F0AAAD)
+    x ^= x >> np.uint32(15)
+    x *= np.uint32(0xD35A2D97)
+    x ^= x >> np.uint32(15)
+    return x
+
+
+def _odd(dimension: int) -> np.uint32:
+    # A multiplier of its own for each dimension: the high bits of key x odd pick a sequence.
+    mixed = int(hash32(np.array([dimension * GOLDEN & 0xFFFFFFFF], np.uint32))[0])
+    return np.uint32(mixed | 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """The tables of one chunk of samples, made as dimensions are asked for.
+
+    Threads may make the same table at the same time: both get the same bits, one is dropped.
+    """
+
+    pattern: str
+    seed: int
+    first: int
+    count: int
+    total: int
+    sequences: int
+    tables: dict[tuple[int, int], NDArray[np.float32]]
+
+    def table(self, dimension: int, split: int = 1) -> NDArray[np.float32]:
+        """Return the pairs (2, count x split x sequences) of `dimension`, row-major by sample."""
+        key = dimension, split
+        found = self.tables.get(key)
+        if found is None:
+            found = patterns.points(
+                self.pattern,
+                self.seed,
+                dimension,
+                self.first * split,
+                self.count * split,
+                self.total * split,
+                self.sequences,
+            ).reshape(2, -1)
+            self.tables[key] = found
+        return found
+
+
+def pixel_keys(seed: int, pixel: NDArray[np.int64]) -> Keys:
+    """Return the keys (N,) of pixels by their number in the full frame."""
+    salt = np.uint32((seed * 0x85EBCA6B + 0x2545F491) & 0xFFFFFFFF)
+    low = (pixel & 0xFFFFFFFF).astype(np.uint32)
+    high = (pixel >> 32).astype(np.uint32)
+    return hash32(hash32(low ^ salt) + high)
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """The random numbers of one wave of slots.
+
+    key (slots,) uint32 of each slot's pixel and branch; row (slots,) int32, the slot's sample
+    counted from the chunk's first one, or one int for all.
+    """
+
+    numbers: Numbers
+    key: Keys
+    row: NDArray[np.int32] | int
+
+    def pair(
+        self, dimension: int, slot: Index | None, item: int = 0, split: int = 1
+    ) -> tuple[Scalar, Scalar]:
+        """Return two independent numbers (N,) in [0, 1) for each slot.
+
+        The item-th of `split` draws of one sample is sample s x split + item of the sequence.
+        """
+        key = self.key if slot is None else self.key.take(slot)
+        row = self.row
+        if slot is not None and not isinstance(row, int):
+            row = row.take(slot)
+        if not is_stratified(dimension):
+            return self._independent(dimension, key, row * split + item)
+        sequences = self.numbers.sequences
+        index = key * _odd(dimension)
+        index >>= np.uint32(33 - sequences.bit_length())
+        index = index.view(np.int32)
+        index += np.multiply(row, np.int32(split * sequences), dtype=np.int32)
+        index += np.int32(item * sequences)
+        table = self.numbers.table(dimension, split)
+        return table[0].take(index), table[1].take(index)
+
+    def branch(self, slot: Index, number: int) -> "Draws":
+        """Return draws with one more slot for each of `slot`, keyed as their branch `number`."""
+        key = hash32(self.key.take(slot) + np.uint32(number * GOLDEN & 0xFFFFFFFF))
+        row = self.row if isinstance(self.row, int) else np.concatenate(
+            [self.row, self.row.take(slot)]
+        )
+        return Draws(self.numbers, np.concatenate([self.key, key]), row)
+
+    def _independent(
+        self, dimension: int, key: Keys, row: NDArray[np.int32] | int
+    ) -> tuple[Scalar, Scalar]:
+        sample = np.asarray(np.add(row, self.numbers.first)).astype(np.uint32)
+        state = hash32(key ^ (sample * np.uint32(0x9E3779B1)))
+        first = hash32(state + _odd(2 * dimension))
+        second = hash32(first ^ _odd(2 * dimension + 1))
+        return _unit(first), _unit(second)
+
+
+def _unit(bits: Keys) -> Scalar:
+    # 24 bits: what a float32 below 1 can hold.
+    return (bits >> np.uint32(8)).astype(F32) * F32(2.0**-24)
+
+

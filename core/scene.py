@@ -1,0 +1,221 @@
+"""descriptions -> Scene.  What is rendered, as plain frozen data, checked once at this door.
+
+Geometry is float64 until the plan has moved it to a local origin.  Lengths are metres (of the
+scene's own unit), angles radians, light in W, W/m2, W/sr or W/(sr m2) as each field says,
+colours in the file's scene-linear space.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+Colour = tuple[float, float, float]
+Socket = Union[float, Colour, str, bool, "Link", None]
+
+
+class SceneError(ValueError):
+    """Input that cannot be rendered; the message names the culprit."""
+
+
+class Cancelled(Exception):  # noqa: N818  (not an error: the user asked for it)
+    """The user stopped the render before there was anything to keep."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """One thing in the scene that the picture does not honour, by the name of its owner."""
+
+    owner: str  # "Material 'Wood'", "Light 'Sun'", "Render settings"
+    what: str  # "Noise Texture 'Grain' feeding Base Color is replaced by the socket's own value"
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A shading node: Blender's type without 'ShaderNode', its sockets by identifier.
+
+    An input is a constant, a `Link`, or absent; properties are the node's own choices
+    (`distribution`, `operation`, ...).  Nodes are shared, so a surface is a DAG.
+    """
+
+    kind: str  # "BsdfPrincipled", "Emission", "MixShader", ...
+    name: str = ""
+    inputs: Mapping[str, Socket] = field(default_factory=dict)
+    properties: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """The output of another node; `default` is what the input's own value would have been."""
+
+    node: Node
+    output: str
+    default: Socket = None
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """A named surface shader; `surface=None` is a surface that neither scatters nor emits."""
+
+    name: str
+    surface: Node | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles in object space; shared by the instances that show it.
+
+    positions (V, 3) float32 or float64 [m]; triangles (F, 3) int32; normals: None where all
+    faces are flat, (V, 3) per vertex or (F, 3, 3) per corner, float32, unit; slots: None where
+    all triangles use material slot 0, else (F,) int32.
+    """
+
+    name: str
+    positions: NDArray[np.floating]
+    triangles: NDArray[np.int32]
+    normals: NDArray[np.float32] | None = None
+    slots: NDArray[np.int32] | None = None
+
+    def __post_init__(self) -> None:
+        vertices, faces = len(self.positions), len(self.triangles)
+        _shape(self, "positions", (vertices, 3))
+        _shape(self, "triangles", (faces, 3))
+        if self.normals is not None and self.normals.shape != (vertices, 3):
+            _shape(self, "normals", (faces, 3, 3))
+        if self.slots is not None:
+            _shape(self, "slots", (faces,))
+        if faces:
+            low, high = int(self.triangles.min()), int(self.triangles.max())
+            if low < 0 or high >= vertices:
+                bad = high if high >= vertices else low
+                corner = int(np.flatnonzero(self.triangles.ravel() == bad)[0])
+                raise SceneError(
+                    f"Mesh '{self.name}': corner {corner} points to vertex {bad} of {vertices}"
+                )
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A mesh in the world: its name, its affine to_world (3, 4) float64, its slots' materials."""
+
+    name: str
+    mesh: Mesh
+    to_world: NDArray[np.float64]
+    materials: tuple[Material | None, ...] = ()
+
+    def __post_init__(self) -> None:
+        _affine(f"Object '{self.name}'", self.to_world)
+
+
+@dataclass(frozen=True)
+class RayKinds:
+    """Which rays see a thing, by what scattered them last."""
+
+    camera: bool = True
+    diffuse: bool = True
+    glossy: bool = True
+    transmission: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Lamp:
+    """A light source with a shape; it looks along its own -z.  `strength` (R, G, B) is, by kind:
+
+    POINT, SPOT  radiant intensity [W/sr] of the unblocked source;
+    SUN          irradiance [W/m2] on a surface that faces it;
+    AREA         radiance [W/(sr m2)], emitted on one side.
+    """
+
+    name: str
+    kind: str  # "POINT" | "SPOT" | "SUN" | "AREA"
+    to_world: NDArray[np.float64]  # (3, 4); its scale stretches SPOT cones and AREA sizes
+    strength: Colour
+    radius: float = 0.0  # POINT, SPOT [m]
+    soft_falloff: bool = True  # POINT, SPOT: a disk that faces the point lit, not a sphere
+    spot_angle: float = np.pi / 4  # SPOT: full cone angle [rad]
+    spot_blend: float = 0.15  # SPOT: 0 hard edge ... 1 soft
+    angle: float = 0.0  # SUN: full angle of its disk [rad]
+    size: tuple[float, float] = (1.0, 1.0)  # AREA [m], along its x and y
+    ellipse: bool = False  # AREA: an ellipse with these diameters
+    spread: float = np.pi  # AREA: full angle of the emission cone [rad]
+    max_bounces: int = 1024  # paths with more bounces do not see it
+    seen_by: RayKinds = RayKinds(camera=False)
+
+    def __post_init__(self) -> None:
+        owner = f"Light '{self.name}'"
+        if self.kind not in ("POINT", "SPOT", "SUN", "AREA"):
+            raise SceneError(f"{owner}: unknown kind {self.kind!r}")
+        _affine(owner, self.to_world)
+        if not np.isfinite([*self.strength, self.radius, self.angle, *self.size]).all():
+            raise SceneError(f"{owner}: strength or size is not a finite number")
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """What rays meet that leave the scene: a shader (Background), or black."""
+
+    name: str = "World"
+    surface: Node | None = None
+    max_bounces: int = 1024
+    seen_by: RayKinds = RayKinds()
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Where pixels look.  Camera space looks along -z with y up; to_world is orthonormal.
+
+    `window` (left, right, bottom, top) is the full frame on the plane at distance 1 for PERSP
+    [1], at any distance for ORTHO [m].  `border` (x0, y0, x1, y1) is the part of the
+    `width` x `height` raster that is rendered, in pixels from its lower left corner.
+    """
+
+    to_world: NDArray[np.float64]
+    window: tuple[float, float, float, float]
+    width: int
+    height: int
+    projection: str = "PERSP"  # "PERSP" | "ORTHO"
+    clip_start: float = 0.1
+    clip_end: float = 1e30
+    border: tuple[int, int, int, int] | None = None
+
+    def __post_init__(self) -> None:
+        _affine("Camera", self.to_world)
+        if self.projection not in ("PERSP", "ORTHO"):
+            raise SceneError(f"Camera: projection {self.projection!r} is not PERSP or ORTHO")
+        if self.width < 1 or self.height < 1:
+            raise SceneError(f"Camera: a picture of {self.width} x {self.height} pixels is empty")
+        x0, y0, x1, y1 = self.rectangle()
+        if not (0 <= x0 < x1 <= self.width and 0 <= y0 < y1 <= self.height):
+            raise SceneError(f"Camera: border {self.border} is empty or outside of the picture")
+
+    def rectangle(self) -> tuple[int, int, int, int]:
+        """Return the pixels that are rendered as (x0, y0, x1, y1)."""
+        return self.border or (0, 0, self.width, self.height)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All that is rendered in one frame and view layer."""
+
+    camera: Camera
+    instances: tuple[Instance, ...] = ()
+    lamps: tuple[Lamp, ...] = ()
+    world: World | None = None
+    film_transparent: bool = False
+    frame: int = 0
+    notes: tuple[Note, ...] = ()
+
+
+def _shape(mesh: Mesh, name: str, expected: tuple[int, ...]) -> None:
+    actual = getattr(mesh, name).shape
+    if actual != expected:
+        raise SceneError(f"Mesh '{mesh.name}': {name} has shape {actual}, expected {expected}")
+
+
+def _affine(owner: str, matrix: NDArray[np.float64]) -> None:
+    if matrix.shape != (3, 4):
+        raise SceneError(f"{owner}: its matrix has shape {matrix.shape}, expected (3, 4)")
+    if not np.isfinite(matrix).all():
+        raise SceneError(f"{owner}: its matrix has a number that is not finite")

@@ -1,0 +1,1 @@
+"""plan, paths -> radiance.  The loop that follows paths."""

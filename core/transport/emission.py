@@ -1,0 +1,76 @@
+"""paths, hits -> radiance.  Light that paths run into: the world, glowing surfaces, lamps.
+
+Lamps were already sampled on purpose at rough surfaces, so rays from those do not count them
+again; camera rays and mirrored or refracted rays do, where the lamp lets itself be seen.
+"""
+
+import numpy as np
+
+from ..arrays import Index
+from ..bsdf import CAMERA, DIFFUSE
+from ..geometry.accel import Hits
+from ..geometry.surface import Points
+from ..lights import meet
+from ..plan import Plan
+from .radiance import Radiance, subset, weigh
+from .state import Paths, Rays
+
+
+def add_world(
+    plan: Plan, paths: Paths, hits: Hits, found: Index, bounce: int, radiance: Radiance
+) -> None:
+    """Add the world's light to the paths that have left the scene, all but `found` (M,)."""
+    if plan.world is None or found.size == paths.size or (
+        plan.film_transparent and bounce == 0
+    ):
+        return
+    escaped = np.flatnonzero(hits.triangle < 0)
+    light = np.broadcast_to(plan.world, (3, escaped.size))
+    _add(light, paths, escaped, bounce, radiance)
+
+
+def add_emission(
+    plan: Plan, paths: Paths, points: Points, bounce: int, radiance: Radiance
+) -> None:
+    """Add the light of glowing surfaces to the paths that have hit them."""
+    if plan.surfaces.emission is None:
+        return
+    light = plan.surfaces.emission.take(points.material, axis=1)
+    glowing = np.flatnonzero(light.any(axis=0))
+    if glowing.size:
+        _add(light.take(glowing, axis=1), paths, glowing, bounce, radiance)
+
+
+def add_lamps(
+    plan: Plan, rays: Rays, paths: Paths, hits: Hits, bounce: int, radiance: Radiance
+) -> None:
+    """Add the light of lamps that paths cross before their hit; lamps do not block."""
+    if plan.lights is None:
+        return
+    if paths.kind is None:
+        if not plan.lamps_seen_by & CAMERA:
+            return
+        index = np.arange(paths.size)
+        kinds = np.full(paths.size, CAMERA, np.uint8)
+    else:
+        index = np.flatnonzero(((paths.kind & DIFFUSE) == 0) & (paths.kind & plan.lamps_seen_by))
+        kinds = paths.kind.take(index)
+    if not index.size:
+        return
+
+    # Distant lamps are only met by rays that leave the scene: those reach to infinity.
+    reach = hits.t.take(index)
+    reach[np.flatnonzero(hits.triangle.take(index) < 0)] = np.inf
+    light = meet(
+        plan.lights, rays.origin.take(index, axis=1), rays.direction.take(index, axis=1),
+        reach, kinds,
+    )
+    lit = np.flatnonzero(light.any(axis=0))
+    if lit.size:
+        _add(light.take(lit, axis=1), paths, index.take(lit), bounce, radiance)
+
+
+def _add(light: np.ndarray, paths: Paths, index: Index, bounce: int, radiance: Radiance) -> None:
+    # What a first bounce finds is still direct light, of a mesh or of the sky.
+    slot = index if paths.slot is None else paths.slot.take(index)
+    radiance.add(weigh(light, subset(paths.throughput, index)), slot, bounce - 1)

@@ -1,0 +1,187 @@
+"""points, closures -> paths.  The next segment of each path: sampled, split, limited, thinned.
+
+Bounce limits are Blender's: a path that has used up its bounces, in all or of one kind, is still
+followed to the next surface, of which only the emission counts.
+"""
+
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, Scalar, Vec, check, dot, frame
+from ..bsdf import DIFFUSE, TRANSMISSION
+from ..geometry.surface import Points
+from ..plan import Plan
+from ..sampling.dimensions import CHOICE, ROULETTE, SCATTER, dimension
+from ..sampling.draws import Draws
+from ..shading import Closures, Group, choose_lobe
+from ..statistics import Tally
+from .radiance import Radiance
+from .state import Paths, Rays, join
+
+# A path whose throughput falls below this goes on with the probability throughput / FAINT.
+FAINT = F32(0.05)
+
+# Splitting: so many times glass sends both of its rays, and a surface all of its lobes.
+SPLIT_SPECULAR, SPLIT_LOBES = 3, 1
+
+NO_RAYS = Rays(np.zeros((3, 0), F32), np.zeros((3, 0), F32))
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Scattered directions of a group: wi (3, n) local, weight (3, n) or (n,), slot's own or new."""
+
+    points: Points
+    paths: Paths
+    wi: Vec
+    weight: Vec | Scalar
+    module: ModuleType
+    is_first: bool
+
+
+def scatter(
+    plan: Plan,
+    paths: Paths,
+    points: Points,
+    closures: Closures,
+    draws: Draws,
+    bounce: int,
+    radiance: Radiance,
+    tally: Tally,
+) -> tuple[Rays, Paths, Draws]:
+    """Return the rays and paths that go on from `points`, and the draws they use.
+
+    Unbiased but for the bounce limits, which only darken.
+    """
+    if not closures.single and not (plan.splitting and bounce < SPLIT_LOBES):
+        u, _ = draws.pair(dimension(CHOICE, bounce), paths.slot)
+        closures = choose_lobe(closures, paths.size, u)
+    pieces = []
+    for group in closures.groups:
+        if bounce >= plan.max_bounces and not _can_meet_light(plan, group.module):
+            continue
+        for branch in _branches(plan, paths, points, group, draws, bounce):
+            piece = _segment(plan, branch, draws, bounce, tally)
+            if piece is None:
+                continue
+            rays, onward = piece
+            if not branch.is_first:
+                # A slot of its own for the branch, and numbers of its own.
+                assert onward.slot is not None
+                draws = draws.branch(onward.slot, len(pieces) + 1)
+                onward = replace(onward, slot=radiance.branch(onward.slot))
+            pieces.append((rays, onward))
+    if not pieces:
+        return NO_RAYS, Paths(0), draws
+    return *join(pieces), draws
+
+
+def _can_meet_light(plan: Plan, module: ModuleType) -> bool:
+    kinds = module.RAY_KIND | TRANSMISSION if module.IS_DELTA else module.RAY_KIND
+    return bool(plan.kinds_that_meet_light & kinds)
+
+
+def _branches(
+    plan: Plan, paths: Paths, points: Points, group: Group, draws: Draws, bounce: int
+) -> list[Branch]:
+    if group.index is not None:
+        paths, points = paths.take(group.index), points.take(group.index)
+    module, first = group.module, group.lobe == 0
+
+    # Turn the viewer's direction into the local frame, where closures live.
+    wo: Vec = points.wo
+    if not module.WEIGHT_IN_WI_Z:
+        tangent, bitangent = frame(points.normal)
+        wo = np.stack([dot(tangent, wo), dot(bitangent, wo), dot(points.normal, wo)])
+    if module.IS_DELTA and plan.splitting and bounce < SPLIT_SPECULAR:
+        return [
+            Branch(points, paths, wi, group.weight * weight, module, first and number == 0)
+            for number, (wi, weight) in enumerate(
+                module.branches(group.parameters, wo, points.back)
+            )
+        ]
+    u, v = draws.pair(dimension(SCATTER, bounce), paths.slot)
+    wi, weight, _ = module.sample(group.parameters, wo, points.back, u, v)
+    return [Branch(points, paths, wi, group.weight * weight, module, first)]
+
+
+def _segment(
+    plan: Plan, branch: Branch, draws: Draws, bounce: int, tally: Tally
+) -> tuple[Rays, Paths] | None:
+    points, paths, module = branch.points, branch.paths, branch.module
+    throughput = branch.weight
+    if paths.throughput is not None:
+        throughput = throughput * paths.throughput
+
+    # Directions back in the world; those the true surface does not allow carry nothing.
+    tangent, bitangent = frame(points.normal)
+    direction = tangent
+    direction *= branch.wi[0]
+    bitangent *= branch.wi[1]
+    direction += bitangent
+    direction += points.normal * branch.wi[2]
+    through = branch.wi[2] < 0
+    strength = throughput.max(axis=0)
+    if not points.is_flat:
+        strength *= (dot(points.geometric, direction) < 0) == through
+
+    # Count the bounce; who can meet no more light ends here, and so do black branches.
+    kind, count, last = _account(plan, paths, module, through, bounce)
+    if last is not None:
+        strength *= ~last | ((kind & plan.kinds_that_meet_light) != 0)
+
+    # Faint branches go on at random.
+    survival = np.minimum(strength * (F32(1) / FAINT), F32(1))
+    if survival.size and survival.min() < 1:
+        chance, _ = draws.pair(dimension(ROULETTE, bounce), paths.slot)
+        alive = np.flatnonzero(chance < survival)
+        if not alive.size:
+            return None
+        points, paths = points.take(alive), paths.take(alive)
+        direction, through = direction.take(alive, axis=1), through.take(alive)
+        throughput = throughput.take(alive, axis=1) / survival.take(alive)
+        kind = kind.take(alive)
+        count = None if count is None else count.take(alive, axis=1)
+        last = None if last is None else last.take(alive)
+    check("scatter", direction=direction, throughput=throughput)
+    _tally(kind, tally)
+
+    # Leave the surface on the side the ray goes to.
+    origin = points.geometric * np.where(through, -points.offset, points.offset)
+    origin += points.position
+    slot = np.arange(kind.size) if paths.slot is None else paths.slot
+    return (
+        Rays(origin, direction, None, points.triangle),
+        Paths(kind.size, throughput, slot, kind, count, last),
+    )
+
+
+def _account(
+    plan: Plan, paths: Paths, module: ModuleType, through: NDArray[np.bool_], bounce: int
+) -> tuple[NDArray[np.uint8], NDArray[np.int16] | None, NDArray[np.bool_] | None]:
+    """Return the ray kind, the bounces so far by kind, and which paths see emission only."""
+    reflected = module.RAY_KIND
+    transmitted = TRANSMISSION | reflected
+    kind = np.where(through, np.uint8(transmitted), np.uint8(reflected))
+    done = bounce >= plan.max_bounces
+    if plan.kind_limits is None:
+        return kind, None, np.ones(kind.size, bool) if done else None
+    count = np.zeros((3, kind.size), np.int16) if paths.count is None else paths.count.copy()
+    row = 0 if reflected == DIFFUSE else 1
+    count[row] += ~through
+    count[2] += through
+    if done:
+        return kind, count, np.ones(kind.size, bool)
+    limits = plan.kind_limits
+    return kind, count, np.where(through, count[2] > limits[2], count[row] > limits[row])
+
+
+def _tally(kind: NDArray[np.uint8], tally: Tally) -> None:
+    through = int(np.count_nonzero(kind & TRANSMISSION))
+    diffuse = int(np.count_nonzero(kind & DIFFUSE))
+    tally.rays_transmission += through
+    tally.rays_diffuse += diffuse
+    tally.rays_reflection += kind.size - through - diffuse

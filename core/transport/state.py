@@ -1,0 +1,81 @@
+"""paths in flight.  What travels from bounce to bounce, one column for each live path.
+
+A *slot* is one branch of one pixel sample; it never moves, while paths are compacted.  Slots are
+unique within a wave, so light is added with `radiance[:, slot] += light`, without atomics.
+"""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Ids, Index, Scalar, Vec
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """What Embree is asked: origin, direction (3, N), unit directions.
+
+    far (N,) [m] or None; left (N,) int32, the triangles the rays come from, or None.
+    """
+
+    origin: Vec
+    direction: Vec
+    far: Scalar | None = None
+    left: Ids | None = None
+
+    @property
+    def size(self) -> int:
+        """The number of rays."""
+        return self.direction.shape[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """N live paths after some bounces: what they carry, ray by ray.
+
+    throughput (3, N), None is 1; slot (N,), None is 0..N-1; kind (N,) uint8, bits of
+    `bsdf.kinds`, or None for camera rays; count (3, N) int16, diffuse, glossy and transmission
+    bounces so far, None if all bounces of the scene are of one kind; last (N,) bool: only
+    emission counts at the next hit; None is False.
+    """
+
+    size: int
+    throughput: Vec | None = None
+    slot: Index | None = None
+    kind: NDArray[np.uint8] | None = None
+    count: NDArray[np.int16] | None = None
+    last: NDArray[np.bool_] | None = None
+
+    def take(self, index: Index) -> "Paths":
+        """Return the paths at `index` (M,); slots that were implied become explicit."""
+        return Paths(
+            index.size,
+            _columns(self.throughput, index),
+            index if self.slot is None else self.slot.take(index),
+            _columns(self.kind, index),
+            _columns(self.count, index),
+            _columns(self.last, index),
+        )
+
+
+def _columns(array: Any, index: Index) -> Any:
+    return None if array is None else array.take(index, axis=-1)
+
+
+def join(pieces: list[tuple[Rays, Paths]]) -> tuple[Rays, Paths]:
+    """Return all rays and paths of `pieces`, which have the same fields, as one."""
+    if len(pieces) == 1:
+        return pieces[0]
+    rays = {name: _joined([getattr(r, name) for r, _ in pieces]) for name in _names(Rays)}
+    paths = {name: _joined([getattr(p, name) for _, p in pieces]) for name in _names(Paths)[1:]}
+    return Rays(**rays), Paths(sum(p.size for _, p in pieces), **paths)
+
+
+def _names(kind: type) -> list[str]:
+    return [item.name for item in fields(kind)]
+
+
+def _joined(arrays: list[Any]) -> Any:
+    return None if arrays[0] is None else np.concatenate(arrays, axis=-1)
