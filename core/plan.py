@@ -22,7 +22,8 @@ from .settings import OPTIONS, Settings
 from .shading import SurfaceTable, compile_emission, compile_surface, compile_table
 from .statistics import Preparation
 
-LIMITLESS = 1 << 20
+# With fewer samples than this for each triangle, a quick build saves more than its rays cost.
+QUICK_BUILD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,7 @@ class Plan:
             "a world that shines" if self.world is not None else "a black world",
             f"up to {self.max_bounces} bounces",
         ]
-        if self.triangles is not None and self.triangles.normals is None:
+        if self.triangles is not None and self.triangles.is_flat:
             parts.append("no smooth normals")
         if self.surfaces.emission is not None:
             parts.append("glowing surfaces")
@@ -105,14 +106,16 @@ def compile_plan(
     origin = scene.camera.to_world[:, 3]
     if box is not None:
         origin = np.clip(origin, box[0], box[1])
+    hits = _hits_expected(scene, settings)
     triangles, broken = compile_triangles(
-        scene.instances, numbers, origin, settings.instance_memory * 2**30, should_stop
+        scene.instances, numbers, origin, settings.instance_memory * 2**30, hits, should_stop
     )
     notes += broken
     if should_stop():
         raise Cancelled
     announce(f"Building Embree's tree for {triangles.count if triangles else 0} triangles")
-    accel, build_seconds = compile_accel(triangles, should_stop)
+    is_quick = triangles is not None and hits < QUICK_BUILD * triangles.count
+    accel, build_seconds = compile_accel(triangles, is_quick, should_stop)
 
     # Light.
     radius = 1.0 if box is None else float(np.linalg.norm(box[1] - box[0])) / 2
@@ -161,6 +164,12 @@ def compile_plan(
         notes=tuple(dict.fromkeys(notes)),
         prepared=prepared,
     )
+
+
+def _hits_expected(scene: Scene, settings: Settings) -> float:
+    x0, y0, x1, y1 = scene.camera.rectangle()
+    first, end = settings.sample_range()
+    return float(x1 - x0) * (y1 - y0) * (end - first)
 
 
 def _compile_surfaces(scene: Scene, notes: list[Note]) -> tuple[dict[int, int], SurfaceTable]:

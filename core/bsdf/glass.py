@@ -26,9 +26,8 @@ def fresnel(cos_o: Scalar, eta: Scalar) -> tuple[Scalar, Scalar]:
     cos_o (N,) > 0 is that of the viewer's direction, eta (N,) the index beyond the surface
     divided by that on the viewer's side.  Total internal reflection gives (1, 0).
     """
-    # g^2 = eta^2 - sin^2 is stable at grazing angles and for eta near 1.
-    sin2 = (F32(1) - cos_o) * (F32(1) + cos_o)
-    g2 = eta * eta - sin2
+    # g^2 = eta^2 - sin^2, in a form that is exact at grazing angles and for eta near 1.
+    g2 = (eta - F32(1)) * (eta + F32(1)) + cos_o * cos_o
     total = g2 <= 0
     g = np.sqrt(np.maximum(g2, 0))
     perpendicular = (cos_o - g) / np.maximum(cos_o + g, F32(1e-20))

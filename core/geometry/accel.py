@@ -7,16 +7,20 @@ how rays leave a triangle without hitting it again.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
+from typing import Any
 
+import embreex
 import numpy as np
-from embreex import rtcore_scene
+from embreex import rtcore, rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec
 from ..scene import Cancelled
 from ..statistics import Tally
+from . import embree
 from .mesh import Triangles
 
 FAR = F32(1e37)  # beyond every scene, and still finite when squared in float64
@@ -35,14 +39,18 @@ class Hits:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """An Embree scene; its geometry g, triangle p is triangle first[g] + p of the table."""
+    """An Embree scene; its geometry g, triangle p is triangle first[g] + p of the table.
 
-    embree: rtcore_scene.EmbreeScene
+    `shared` are the arrays that Embree reads and that must live as long as it.
+    """
+
+    scene: rtcore_scene.EmbreeScene
     first: NDArray[np.int32]
+    shared: tuple[Any, ...]
 
     def closest(self, origin: Vec, direction: Vec, far: Scalar | None) -> Hits:
         """Return the closest hits of rays (3, N) up to `far` (N,), which is overwritten."""
-        found = self.embree.run(origin.T, direction.T, dists=far, output=1)
+        found = self.scene.run(origin.T, direction.T, dists=far, output=1)
         triangle = found["primID"]
         if len(self.first) > 1:
             # Geometry -1 (a miss) reads the last entry; the sum is made -1 again.
@@ -52,7 +60,7 @@ class Part:
 
     def free(self, origin: Vec, direction: Vec, far: Scalar) -> NDArray[np.int32]:
         """Return -1 for each ray that meets nothing before `far`, else 0."""
-        return self.embree.run(origin.T, direction.T, dists=far, query="OCCLUDED")
+        return self.scene.run(origin.T, direction.T, dists=far, query="OCCLUDED")
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,30 +128,51 @@ class Accel:
 
 
 def compile_accel(
-    triangles: Triangles | None, should_stop: Callable[[], bool]
+    triangles: Triangles | None, is_quick: bool, should_stop: Callable[[], bool]
 ) -> tuple[Accel | None, float]:
-    """Upload triangles and build Embree's tree; return it and the seconds that took.
+    """Build Embree's tree over the triangles; return it and the seconds that took.
 
-    Holds the interpreter while it builds (about 0.3 us a triangle): announce it before.
-    Raises: Cancelled between uploads.
+    `is_quick` is for pictures that need few rays: a faster build, slower rays.
+    Raises: Cancelled.
     """
     if triangles is None:
         return None, 0.0
     start = perf_counter()
-    embree = rtcore_scene.EmbreeScene()
+    device = rtcore.EmbreeDevice()
+    scene = rtcore_scene.EmbreeScene(device)
+    library = embree.open_library(str(Path(embreex.__file__).parent))
+    handle = embree.handle(scene, device)
+    if library is not None and handle is not None:
+        embree.build(
+            library, scene, handle, triangles.vertices, triangles.corners, is_quick, should_stop
+        )
+        scene.is_committed = 1
+        first = [0]
+    else:
+        first = _upload(scene, triangles, should_stop)
+    part = Part(scene, np.array(first, np.int32), (triangles.vertices, triangles.corners))
+    return Accel((part,)), perf_counter() - start
+
+
+def _upload(
+    scene: rtcore_scene.EmbreeScene, triangles: Triangles, should_stop: Callable[[], bool]
+) -> list[int]:
+    """Upload through embreex in chunks; return the first triangle of each.
+
+    Holds the interpreter, about 0.5 us a triangle and as much again for the build at the end.
+    """
     first = []
     for lo, hi in _chunks(triangles):
         if should_stop():
             raise Cancelled
         corners = triangles.corners[lo:hi]
         low, high = int(corners.min()), int(corners.max()) + 1
-        TriangleMesh(embree, triangles.vertices[low:high], corners - np.int32(low))
+        TriangleMesh(scene, triangles.vertices[low:high], corners - np.int32(low))
         first.append(lo)
 
     # The first query builds the tree; it must be over before worker threads start.
-    embree.run(np.zeros((1, 3), F32), np.ones((1, 3), F32))
-    part = Part(embree, np.array(first, np.int32))
-    return Accel((part,)), perf_counter() - start
+    scene.run(np.zeros((1, 3), F32), np.ones((1, 3), F32))
+    return first
 
 
 def _chunks(triangles: Triangles) -> list[tuple[int, int]]:

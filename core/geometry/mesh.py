@@ -5,17 +5,21 @@ in float64 and rounded once; all that a hit needs of a flat triangle is one row 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import EPSILON, F32
-from ..scene import Instance, Material, Mesh, Note, SceneError
+from ..arrays import EPSILON, F32, Ids
+from ..scene import Cancelled, Instance, Material, Mesh, Note, SceneError
+from .embree import PADDING
 
-# Columns of `Triangles.rows`; ids are int32 stored in the bits of a float32.
+# Columns of a triangle's row; material and smooth are int32 in the bits of a float32.
 NX, NY, NZ, PLANE, OFFSET, MATERIAL, SMOOTH = range(7)
 COLUMNS = 8  # the last is room
+
+# `Triangles.ids`: how a triangle comes to its normals, if not by a row of its own.
+FLAT, OF_VERTICES = -1, -2
 
 # Rounding of a hit point and of Embree's own test, in units of EPSILON x the largest coordinate
 # of the triangle: measured on tilted ground, 8 x (|point| + |vertex|) leaves no self-shadowing.
@@ -26,22 +30,59 @@ CHUNK = 1 << 17  # triangles per step of the table's arithmetic: float64 that fi
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """The flattened triangles of a scene; F triangles, S of them smooth.
+    """The flattened triangles of a scene; F triangles, V vertices.
 
-    vertices (V, 3) float32 and corners (F, 3) int32 go to Embree; rows (F, 8) float32 holds the
-    unit normal, the plane's distance from the origin, the ray offset [m], the material and the
-    row of `normals` or -1; normals (S, 9) float32 holds three corner normals, None if all flat.
+    vertices (V, 3) float32 and corners (F, 3) int32 go to Embree; ids (F, 2) int32 is the
+    material and the first row of `normals` (N, 3) of a triangle with normals of its own at its
+    three corners, -1 if it is flat, -2 if its normals are those of its vertices, in
+    `vertex_normals` (V, 3).  rows (F, 8) and corner_normals (F, 9) are what hits read, None
+    where so few hits are expected that it is made for each of them.
     """
 
     vertices: NDArray[np.float32]
     corners: NDArray[np.int32]
-    rows: NDArray[np.float32]
+    ids: NDArray[np.int32]
+    vertex_normals: NDArray[np.float32] | None
     normals: NDArray[np.float32] | None
+    rows: NDArray[np.float32] | None
+    smooth_rows: NDArray[np.float32] | None
 
     @property
     def count(self) -> int:
         """The number of triangles."""
         return len(self.corners)
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether no triangle has smooth normals."""
+        return self.vertex_normals is None and self.normals is None
+
+    def columns(self, triangle: Ids) -> NDArray[np.float32]:
+        """Return the table's columns (8, N) for triangles (N,); see NX ... SMOOTH."""
+        if self.rows is not None:
+            return np.ascontiguousarray(self.rows.take(triangle, axis=0).T)
+        rows = _planes(self.vertices, self.corners.take(triangle, axis=0))
+        rows.view(np.int32)[:, MATERIAL:SMOOTH + 1] = self.ids.take(triangle, axis=0)
+        return np.ascontiguousarray(rows.T)
+
+    def corner_normals(self, triangle: Ids) -> NDArray[np.float32]:
+        """Return the three corner normals (9, N) of smooth triangles (N,)."""
+        if self.smooth_rows is not None:
+            return np.ascontiguousarray(self.smooth_rows.take(triangle, axis=0).T)
+        return np.ascontiguousarray(self._smooth_rows(triangle).T)
+
+    def _smooth_rows(self, triangle: Ids) -> NDArray[np.float32]:
+        out = np.zeros((len(triangle), 9), F32)
+        first = self.ids[:, 1].take(triangle)
+        if self.vertex_normals is not None:
+            some = np.flatnonzero(first == OF_VERTICES)
+            corners = self.corners.take(triangle.take(some), axis=0)
+            out[some] = self.vertex_normals.take(corners, axis=0).reshape(-1, 9)
+        if self.normals is not None:
+            some = np.flatnonzero(first >= 0)
+            rows = first.take(some)[:, None] + np.arange(3, dtype=np.int32)
+            out[some] = self.normals.take(rows, axis=0).reshape(-1, 9)
+        return out
 
 
 def bounds(instances: tuple[Instance, ...]) -> NDArray[np.float64] | None:
@@ -67,13 +108,15 @@ def compile_triangles(
     materials: dict[int, int],
     origin: NDArray[np.float64],
     memory_limit: float,
+    hits_expected: float,
     should_stop: Callable[[], bool],
 ) -> tuple[Triangles | None, list[Note]]:
     """Flatten instances into one table about `origin` (3,) [m].
 
     `materials` maps id(material) to its number, with None's under id(None).  Triangles with a
     vertex that is not finite are left out and noted; so are, silently, those without area.
-    Raises: SceneError if the table would need more than `memory_limit` bytes.
+    Tables are made in advance where more hits are expected than there are triangles.
+    Raises: Cancelled; SceneError if the table would need more than `memory_limit` bytes.
     """
     notes: list[Note] = []
     clean: dict[int, Mesh] = {}
@@ -88,41 +131,57 @@ def compile_triangles(
     # Make room for all, then fill in instance by instance.
     vertex_count = sum(len(mesh.positions) for _, mesh in used)
     count = sum(len(mesh.triangles) for _, mesh in used)
-    smooth_count = sum(len(mesh.triangles) for _, mesh in used if mesh.normals is not None)
-    vertices = np.empty((vertex_count, 3), F32)
+    kinds = {0 if mesh.normals is None else mesh.normals.ndim for _, mesh in used}
+    cornered = [mesh for _, mesh in used if mesh.normals is not None and mesh.normals.ndim == 3]
+    vertices = np.zeros(vertex_count * 3 + PADDING, F32)[:-PADDING].reshape(-1, 3)
     corners = np.empty((count, 3), np.int32)
-    rows = np.zeros((count, COLUMNS), F32)
-    ids = rows.view(np.int32)
-    normals = np.empty((smooth_count, 9), F32) if smooth_count else None
-    first_vertex = first = first_smooth = 0
+    ids = np.full((count, 2), FLAT, np.int32)
+    vertex_normals = np.zeros((vertex_count, 3), F32) if 2 in kinds else None
+    normals = np.empty((3 * sum(len(m.triangles) for m in cornered), 3), F32) if cornered else None
+    first_vertex = first = first_normal = 0
     for instance, mesh in used:
         if should_stop():
-            break
+            raise Cancelled
         v = slice(first_vertex, first_vertex + len(mesh.positions))
         f = slice(first, first + len(mesh.triangles))
         linear, shift = instance.to_world[:, :3], instance.to_world[:, 3] - origin
-        mirrored = np.linalg.det(linear) < 0
         _place(mesh.positions, linear, shift, vertices[v])
 
         # A mirrored object keeps its outside: swap two corners of each triangle.
-        order = (0, 2, 1) if mirrored else (0, 1, 2)
-        local = mesh.triangles[:, order] if mirrored else mesh.triangles
-        np.add(local, first_vertex, out=corners[f])
-        ids[f, MATERIAL] = _material_ids(instance, mesh, materials)
-        ids[f, SMOOTH] = -1
-        if mesh.normals is not None and normals is not None:
-            s = slice(first_smooth, first_smooth + len(local))
-            per_corner = _corner_normals(mesh, local, order)
-            normals[s] = _turn_normals(per_corner, linear).reshape(-1, 9)
-            ids[f, SMOOTH] = np.arange(s.start, s.stop, dtype=np.int32)
-            first_smooth = s.stop
+        order = (0, 2, 1) if np.linalg.det(linear) < 0 else (0, 1, 2)
+        local = mesh.triangles[:, order] if order != (0, 1, 2) else mesh.triangles
+        np.add(local, np.int32(first_vertex), out=corners[f])
+        ids[f, 0] = _material_ids(instance, mesh, materials)
+        if mesh.normals is not None and mesh.normals.ndim == 2 and vertex_normals is not None:
+            vertex_normals[v] = _turn_normals(mesh.normals, linear)
+            ids[f, 1] = OF_VERTICES
+        elif mesh.normals is not None and normals is not None:
+            n = slice(first_normal, first_normal + 3 * len(local))
+            ordered = mesh.normals[:, order] if order != (0, 1, 2) else mesh.normals
+            normals[n] = _turn_normals(ordered.reshape(-1, 3), linear)
+            ids[f, 1] = np.arange(n.start, n.stop, 3, dtype=np.int32)
+            first_normal = n.stop
         first_vertex, first = v.stop, f.stop
 
-    for start in range(0, count, CHUNK):
+    triangles = Triangles(vertices, corners, ids, vertex_normals, normals, None, None)
+    if count > hits_expected:
+        return triangles, notes
+    return _with_tables(triangles, should_stop), notes
+
+
+def _with_tables(triangles: Triangles, should_stop: Callable[[], bool]) -> Triangles:
+    rows = np.zeros((triangles.count, COLUMNS), F32)
+    smooth_rows = None if triangles.is_flat else np.empty((triangles.count, 9), F32)
+    for start in range(0, triangles.count, CHUNK):
         if should_stop():
-            break
-        _fill_planes(vertices, corners[start : start + CHUNK], rows[start : start + CHUNK])
-    return Triangles(vertices, corners, rows, normals), notes
+            raise Cancelled
+        part = slice(start, start + CHUNK)
+        rows[part] = _planes(triangles.vertices, triangles.corners[part])
+        if smooth_rows is not None:
+            stop = min(start + CHUNK, triangles.count)
+            smooth_rows[part] = triangles._smooth_rows(np.arange(start, stop, dtype=np.int32))
+    rows.view(np.int32)[:, MATERIAL:SMOOTH + 1] = triangles.ids
+    return replace(triangles, rows=rows, smooth_rows=smooth_rows)
 
 
 def _box(mesh: Mesh) -> NDArray[np.float64] | None:
@@ -212,15 +271,6 @@ def _material_ids(
     return table.take(np.clip(mesh.slots, 0, len(table) - 1))
 
 
-def _corner_normals(
-    mesh: Mesh, triangles: NDArray[np.int32], order: tuple[int, int, int]
-) -> NDArray[np.float32]:
-    assert mesh.normals is not None
-    if mesh.normals.ndim == 2:
-        return mesh.normals.take(triangles, axis=0)
-    return mesh.normals if order == (0, 1, 2) else mesh.normals[:, order]
-
-
 def _turn_normals(
     normals: NDArray[np.float32], linear: NDArray[np.float64]
 ) -> NDArray[np.float32]:
@@ -240,9 +290,10 @@ def _turn_normals(
     return turned.astype(F32, copy=False)
 
 
-def _fill_planes(
-    vertices: NDArray[np.float32], corners: NDArray[np.int32], rows: NDArray[np.float32]
-) -> None:
+def _planes(
+    vertices: NDArray[np.float32], corners: NDArray[np.int32]
+) -> NDArray[np.float32]:
+    """Return rows (n, 8) with the normal, plane and offset of triangles (n, 3)."""
     # float64: the normal of a needle needs it, and it is the rounded vertices that Embree sees.
     a, b, c = (vertices.take(corners[:, k], axis=0).T.astype(np.float64) for k in range(3))
     e1, e2 = b - a, c - a
@@ -251,6 +302,7 @@ def _fill_planes(
     nz = e1[0] * e2[1] - e1[1] * e2[0]
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     np.maximum(length, 1e-300, out=length)
+    rows = np.zeros((len(corners), COLUMNS), F32)
     rows[:, NX], rows[:, NY], rows[:, NZ] = nx / length, ny / length, nz / length
 
     # The plane goes through the middle of the triangle, where float32 normals err least.
@@ -262,3 +314,4 @@ def _fill_planes(
     for corner in (b, c):
         np.maximum(largest, np.abs(corner).max(axis=0), out=largest)
     rows[:, OFFSET] = largest * (OFFSET_ULPS * float(EPSILON))
+    return rows

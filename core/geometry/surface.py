@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec, check, dot, normalize
 from .accel import Hits
-from .mesh import MATERIAL, OFFSET, PLANE, SMOOTH, Triangles
+from .mesh import FLAT, MATERIAL, OFFSET, PLANE, SMOOTH, Triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def resolve(
         origin, direction = origin.take(found, axis=1), direction.take(found, axis=1)
 
     # One row of the table is one cache line; columns are what arithmetic wants.
-    columns = np.ascontiguousarray(triangles.rows.take(triangle, axis=0).T)
+    columns = triangles.columns(triangle)
     geometric, ids = columns[:3], columns.view(np.int32)
 
     # Walk to the hit, then step onto the plane: t errs along the ray, the plane does not.
@@ -92,8 +92,8 @@ def resolve(
     geometric = geometric * side
 
     normal = geometric
-    if triangles.normals is not None:
-        normal = _smooth(triangles.normals, ids[SMOOTH], geometric, side, hits, found)
+    if not triangles.is_flat:
+        normal = _smooth(triangles, triangle, ids[SMOOTH], geometric, side, hits, found)
     check("surface", position=position, geometric=geometric, normal=normal)
     return Points(
         position, direction, geometric, normal, back, columns[OFFSET], triangle, ids[MATERIAL]
@@ -101,16 +101,21 @@ def resolve(
 
 
 def _smooth(
-    table: NDArray[np.float32], smooth: Ids, flat: Vec, side: Scalar, hits: Hits, found: Index | None
+    triangles: Triangles,
+    triangle: Ids,
+    smooth: Ids,
+    flat: Vec,
+    side: Scalar,
+    hits: Hits,
+    found: Index | None,
 ) -> Vec:
-    index = np.flatnonzero(smooth >= 0)
+    index = np.flatnonzero(smooth != FLAT)
     if not index.size:
         return flat
     everywhere = index.size == smooth.size
-    rows = smooth if everywhere else smooth.take(index)
+    corner = triangles.corner_normals(triangle if everywhere else triangle.take(index))
     chosen = index if found is None else found.take(index)
     u, v = hits.u.take(chosen), hits.v.take(chosen)
-    corner = np.ascontiguousarray(table.take(rows, axis=0).T)
     interpolated = corner[:3] * (F32(1) - u - v)
     interpolated += corner[3:6] * u
     interpolated += corner[6:] * v

@@ -6,7 +6,6 @@ one more distant kind.  Lamps do not block rays: a ray that meets one goes on be
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +56,19 @@ class Group:
     @property
     def count(self) -> int:
         """Return the number of lights."""
-        return self.rows.shape[1]
+        return len(self.seen_by)
+
+    def only(self, local: int) -> "Group":
+        """Return the light number `local`, counted from `first`, as views of what this holds."""
+        one = slice(local, local + 1)
+        return Group(
+            self.kind,
+            self.first + local,
+            self.rows[:, one],
+            self.colour[:, one],
+            self.seen_by[one],
+            self.max_bounces[one],
+        )
 
     def take(self, index: Index | Ids) -> "Group":
         """Return the lights of `index`, counted from `first`, one for each of N points."""
@@ -86,12 +97,11 @@ class Lights:
 
     def single(self, light: int) -> Group:
         """Return light number `light` as a group of rows (P, 1): all points see the same."""
-        return self._singles[light]
-
-    @cached_property
-    def _singles(self) -> tuple[Group, ...]:
-        alone = (g.take(np.array([l])) for g in self.groups for l in range(g.count))
-        return tuple(replace(group, first=light) for light, group in enumerate(alone))
+        for group in self.groups:
+            local = light - group.first
+            if 0 <= local < group.count:
+                return group.only(local)
+        raise IndexError(f"light {light} of {self.count}")
 
     def choose(self, u: Scalar) -> tuple[Ids, Scalar, Scalar]:
         """Choose a light (N,) for each point by power; return it, its pmf, and u made new."""
@@ -172,9 +182,7 @@ def _hulls(pairs: list[tuple[Kind, Lamp]], origin: NDArray[np.float64]) -> Proxy
     )
 
 
-def meet(
-    lights: Lights, origin: Vec, direction: Vec, t_max: Scalar, seen_by: int | Ids
-) -> Vec:
+def meet(lights: Lights, origin: Vec, direction: Vec, t_max: Scalar, seen_by: int | Ids) -> Vec:
     """Return the radiance (3, M) of all lights that rays cross before `t_max` (M,).
 
     `t_max` is inf for rays that leave the scene, only these meet distant lights; `seen_by` is the

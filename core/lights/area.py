@@ -1,10 +1,8 @@
 """rectangle, ellipse + u, v -> a point on them, its gain and pdf.  Area lights with spread.
 
 They emit on one side, uniformly over their area.  Far points sample the area.  Near ones sample the
-solid angle of the rectangle, where area sampling would be noisy: Urena et al. 2013, "An
-Area-Preserving Parametrization for Spherical Rectangles", here with products of corner distances
-instead of differences of angles, and the solid angle from Van Oosterom & Strackee 1983, so that
-single precision is enough.  The spread is a grid of slats in front of the lamp: Cycles, D10594.
+solid angle of the rectangle, where area sampling would be noisy; an ellipse then rejects what falls
+into the corners.  The spread is a grid of slats in front of the lamp (Cycles, D10594).
 """
 
 from dataclasses import replace
@@ -17,6 +15,7 @@ from numpy.typing import NDArray
 from ..arrays import F32, Index, Scalar, Vec, dot
 from ..sampling.warp import concentric_disk
 from ..scene import Lamp
+from . import spherical
 from .kind import (
     TINY,
     Hull,
@@ -30,10 +29,10 @@ from .kind import (
 
 # Nearer than this many diagonals to its centre, points sample the solid angle
 NEAR = 1.0
-# Below this the solid angle is not a better measure than the area [sr]
-SMALLEST_ANGLE = F32(1e-5)
-SMALL, HALF, ONE = F32(1e-12), F32(0.5), F32(1)
-GRAZING = F32(1e-8)
+# Below this single precision makes the solid angle wrong by more than 2e-4 [sr]
+SMALLEST_ANGLE = F32(1e-3)
+HALF, ONE = F32(0.5), F32(1)
+GRAZING, CLOSEST = F32(1e-8), F32(1e-24)
 
 
 class _Shape(NamedTuple):
@@ -110,60 +109,6 @@ def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
     return vertices, np.array([[0, 1, 2], [0, 2, 3]], np.int32)
 
 
-def _solid_angle(x0: Scalar, x1: Scalar, y0: Scalar, y1: Scalar, z: Scalar) -> Scalar:
-    """Return the solid angle [sr] of the rectangle [x0, x1] x [y0, y1] at height z >= 0."""
-    # Find the distances and the dot products of the corners
-    zz, xx, yy = z * z, x0 * x1, y0 * y1
-    x00, x11, y00, y11 = x0 * x0, x1 * x1, y0 * y0, y1 * y1
-    a = np.sqrt(x00 + y00 + zz)
-    b = np.sqrt(x11 + y00 + zz)
-    c = np.sqrt(x11 + y11 + zz)
-    d = np.sqrt(x00 + y11 + zz)
-    ac = xx + yy + zz
-
-    # Add the two triangles' half angles as complex numbers: no cancellation when they are small
-    triple = (x1 - x0) * (y1 - y0) * z
-    p = a * b * c + (xx + y00 + zz) * c + ac * b + (x11 + yy + zz) * a
-    q = a * c * d + ac * d + (x00 + yy + zz) * c + (xx + y11 + zz) * a
-    return F32(2) * np.arctan2(triple * (p + q), p * q - triple * triple)
-
-
-def _sample_angle(
-    x0: Scalar, x1: Scalar, y0: Scalar, y1: Scalar, z: Scalar, angle: Scalar, u: Scalar, v: Scalar
-) -> tuple[Scalar, Scalar]:
-    """Return the point x, y of the rectangle that u, v choose uniformly by solid angle.
-
-    Source: Urena et al. 2013, section 5.
-    """
-    # Find cosine and sine of the angle at which the slices begin, g2 + g3 there
-    zz = z * z
-    iy0 = ONE / np.sqrt(y0 * y0 + zz)
-    iy1 = ONE / np.sqrt(y1 * y1 + zz)
-    ix0 = ONE / (x0 * x0 + zz)
-    a = np.sqrt(x0 * x0 + y0 * y0 + zz)
-    d = np.sqrt(x0 * x0 + y1 * y1 + zz)
-    scale = iy0 * iy1 * ix0
-    cosine = (zz * a * d + x0 * x0 * y0 * y1) * scale
-    sine = z * x0 * (y1 * a - y0 * d) * scale
-
-    # Turn by the share u of the solid angle, and find the slice's x
-    turn = u * angle
-    cos_turn, sin_turn = np.cos(turn), np.sin(turn)
-    across = cosine * cos_turn - sine * sin_turn
-    along = sine * cos_turn + cosine * sin_turn
-    f = (y1 * iy1 - across * y0 * iy0) / np.copysign(np.maximum(np.abs(along), SMALL), along)
-    x = np.copysign(z, f) / np.sqrt(np.maximum(f * f - zz * iy0 * iy0, SMALL * SMALL))
-    x = np.minimum(np.maximum(x, x0), x1)
-
-    # Find y in the slice
-    dd = x * x + zz
-    h0 = y0 / np.sqrt(dd + y0 * y0)
-    h1 = y1 / np.sqrt(dd + y1 * y1)
-    h = h0 + v * (h1 - h0)
-    y = h * np.sqrt(dd / np.maximum(ONE - h * h, SMALL))
-    return x, np.minimum(np.maximum(y, y0), y1)
-
-
 def _local(rows: Rows, vector: Vec) -> tuple[Scalar, Scalar]:
     """Return the coordinates of a vector along the sides, in units of the sides."""
     return dot(rows[3:6], vector) * rows[INV_UU], dot(rows[6:9], vector) * rows[INV_VV]
@@ -174,7 +119,8 @@ def _window(
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return the bounds s0, s1, t0, t1 of the part of the rectangle that sends light to a point."""
     if not spread:
-        return -HALF, HALF, -HALF, HALF
+        one = np.full(1, HALF)
+        return -one, one, -one, one
     s, t = _local(rows, base)
     z = height * rows[INV_DIAGONAL] * rows[TAN_SPREAD]
     a, b = z / rows[WIDTH], z / rows[HEIGHT]
@@ -207,46 +153,53 @@ def _part(
 
 def _inside(s: Scalar, t: Scalar) -> Scalar:
     """Return 1 in the ellipse and 0 outside."""
-    return (s * s + t * t <= F32(0.25 * (1 + 1e-5))).astype(F32)
+    inside: Scalar = (s * s + t * t <= F32(0.25 * (1 + 1e-5))).astype(F32)
+    return inside
 
 
 def _attenuation(rows: Rows, s: Scalar, t: Scalar, height: Scalar) -> Scalar:
     """Return the share of radiance that passes the slats, s and t counted from the point lit."""
     x, y, z = s * rows[WIDTH], t * rows[HEIGHT], height * rows[INV_DIAGONAL]
-    tangent = np.sqrt(x * x + y * y) / np.maximum(z, SMALL)
-    return np.maximum(rows[TAN_SPREAD] - tangent, F32(0)) * rows[SPREAD_GAIN]
+    tangent = np.sqrt(x * x + y * y) / np.maximum(z, spherical.SMALL)
+    passed: Scalar = np.maximum(rows[TAN_SPREAD] - tangent, F32(0)) * rows[SPREAD_GAIN]
+    return passed
 
 
 class _Near(NamedTuple):
-    """The points that sample the solid angle of a rectangle; all scaled, seen from the point."""
+    """The points so near that they sample the solid angle, and what they see; scaled."""
 
-    index: Index
-    x: Scalar  # of the centre of the whole lamp
+    points: Index
+    x: Scalar  # of the centre of the lamp
     y: Scalar
-    x0: Scalar
-    x1: Scalar
-    y0: Scalar
-    y1: Scalar
-    z: Scalar
-    angle: Scalar  # [sr]
+    width: Scalar  # of the lamp
+    height: Scalar
+    seen: spherical.Rectangle
 
 
 def _near(rows: Rows, base: Vec, height: Scalar, spread: bool) -> _Near | None:
     """Return the points so near that they sample the solid angle; None if there are none."""
-    index = np.flatnonzero((dot(base, base) < rows[NEAR_SQUARED]) & (height > 0))
-    if not index.size:
+    points = np.flatnonzero((dot(base, base) < rows[NEAR_SQUARED]) & (height > 0))
+    if not points.size:
         return None
-    rows = rows if rows.shape[1] == 1 else rows.take(index, axis=1)
-    base, height = base.take(index, axis=1), height.take(index)
+
+    # See the window of the lamp from there
+    if rows.shape[1] > 1:
+        rows = rows.take(points, axis=1)
+    base, height = base.take(points, axis=1), height.take(points)
     s, t = _local(rows, base)
     s0, s1, t0, t1 = _window(rows, base, height, spread)
-    x, y, width, length = s * rows[WIDTH], t * rows[HEIGHT], rows[WIDTH], rows[HEIGHT]
-    bounds = x + s0 * width, x + s1 * width, y + t0 * length, y + t1 * length
+    w, h = rows[WIDTH], rows[HEIGHT]
+    x, y = s * w, t * h
     z = height * rows[INV_DIAGONAL]
-    angle = _solid_angle(*bounds, z)
-    use = np.flatnonzero(angle > SMALLEST_ANGLE)
-    near = _Near(index, x, y, *bounds, z, angle)
-    return near if use.size == index.size else _Near(*(part.take(use) for part in near))
+    seen = spherical.rectangle(x + s0 * w, x + s1 * w, y + t0 * h, y + t1 * h, z)
+
+    # Leave those that see too little of it
+    use = np.flatnonzero(seen.angle > SMALLEST_ANGLE)
+    if use.size == points.size:
+        return _Near(points, x, y, w, h, seen)
+    if rows.shape[1] > 1:
+        w, h = w.take(use), h.take(use)
+    return _Near(points.take(use), x.take(use), y.take(use), w, h, seen.take(use))
 
 
 def _sample(
@@ -267,11 +220,9 @@ def _sample(
     # Choose again, by solid angle, where the point is near
     near = _near(rows, base, height, spread)
     if near:
-        k = near.index
-        x, y = _sample_angle(*near[3:], u.take(k), v.take(k))
-        one = rows.shape[1] == 1
-        s[k] = (x - near.x) / (rows[WIDTH] if one else rows[WIDTH].take(k))
-        t[k] = (y - near.y) / (rows[HEIGHT] if one else rows[HEIGHT].take(k))
+        x, y = spherical.sample(near.seen, u.take(near.points), v.take(near.points))
+        s[near.points] = (x - near.x) / near.width
+        t[near.points] = (y - near.y) / near.height
 
     # Lead to that point, and weigh it by the solid angle it stands for
     to_light = rows[3:6] * s
@@ -281,7 +232,7 @@ def _sample(
     weight = height * area
     weight /= np.maximum(squared * np.sqrt(squared), TINY)
     if near:
-        weight[near.index] = near.angle
+        weight[near.points] = near.seen.angle
     pdf = reciprocal(weight)
 
     # Take away what the slats hide, and the corners around the ellipse
@@ -312,10 +263,10 @@ def _intersect(
     if spread:
         _, _, size_s, size_t = _part(rows, base, height, ellipse)
         area = area * size_s * size_t
-    weight = cosine * area / np.maximum(distance * distance, TINY)
+    weight = cosine * area / np.maximum(distance * distance, CLOSEST)
     near = _near(rows, base, height, spread)
     if near:
-        weight[near.index] = near.angle
+        weight[near.points] = near.seen.angle
 
     # See the radiance that the slats let pass
     gain = hit.astype(F32)
@@ -356,6 +307,7 @@ RECTANGLE = _kind("rectangle", False, False)
 RECTANGLE_SPREAD = _kind("rectangle with spread", False, True)
 ELLIPSE = _kind("ellipse", True, False)
 ELLIPSE_SPREAD = _kind("ellipse with spread", True, True)
-BEAM = replace(RECTANGLE, name="beam", sample=partial(_sample_beam, ellipse=False),
-               intersect=_intersect_beam)
+BEAM = replace(
+    RECTANGLE, name="beam", sample=partial(_sample_beam, ellipse=False), intersect=_intersect_beam
+)
 BEAM_ELLIPSE = replace(BEAM, name="round beam", sample=partial(_sample_beam, ellipse=True))

@@ -80,6 +80,4 @@ def _intersect_parallel(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar
 
 
 SUN = Kind("sun", _compile, _sample, _intersect, _power, _hull, DISTANT=True)
-PARALLEL = replace(
-    SUN, name="parallel", sample=_sample_parallel, intersect=_intersect_parallel
-)
+PARALLEL = replace(SUN, name="parallel", sample=_sample_parallel, intersect=_intersect_parallel)

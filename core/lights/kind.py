@@ -65,6 +65,6 @@ def missed(origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
 
 def reciprocal(weight: Scalar) -> Scalar:
     """Return 1 / weight, and 0 where the weight is 0."""
-    out = F32(1) / np.maximum(weight, TINY)
+    out: Scalar = np.reciprocal(np.maximum(weight, TINY))
     out *= weight > 0
     return out

@@ -25,10 +25,13 @@ from .kind import (
     reciprocal,
 )
 
+# Below this a radius is 0 [m]: its square would leave single precision
+SMALLEST_RADIUS = 1e-9
+
 # Parameters: centre 0:3, radius, and for spots what follows
 RADIUS = 3
 TO_LOCAL, COS_CONE, SMOOTH = 4, 13, 14
-GRAZING = F32(1e-6)
+GRAZING, PI = F32(1e-6), F32(np.pi)
 
 
 def classify(lamp: Lamp) -> Kind | None:
@@ -36,7 +39,9 @@ def classify(lamp: Lamp) -> Kind | None:
     if lamp.kind == "SPOT" and _to_local(lamp) is None:
         return None
     table = SPOTS if lamp.kind == "SPOT" else POINTS
-    return table["point" if lamp.radius <= 0.0 else "disk" if lamp.soft_falloff else "sphere"]
+    return table[
+        "point" if lamp.radius < SMALLEST_RADIUS else "disk" if lamp.soft_falloff else "sphere"
+    ]
 
 
 def _to_local(lamp: Lamp) -> NDArray[np.float64] | None:
@@ -66,14 +71,14 @@ def _power_point(lamp: Lamp, radius: float) -> float:
 
 
 def _power_spot(lamp: Lamp, radius: float) -> float:
-    return 2.0 * np.pi * (1.0 - np.cos(0.5 * lamp.spot_angle)) * brightness(lamp)
+    return float(2.0 * np.pi * (1.0 - np.cos(0.5 * lamp.spot_angle)) * brightness(lamp))
 
 
 def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
-    if lamp.radius <= 0.0:
+    if lamp.radius < SMALLEST_RADIUS:
         return None
     corners = np.array([(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)])
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     halves = [half for a, b, c, d in sides for half in ((a, b, c), (a, c, d))]
     return position(lamp, origin) + corners * lamp.radius * 1.001, np.array(halves, np.int32)
 
@@ -86,13 +91,14 @@ def _falloff(rows: Rows, to_light: Vec) -> Scalar:
     cosine = z / np.maximum(np.sqrt(x * x + y * y + z * z), TINY)
     step = (cosine - rows[COS_CONE]) * rows[SMOOTH]
     step = np.minimum(np.maximum(step, F32(0)), F32(1))
-    return step * step * (F32(3) - F32(2) * step)
+    share: Scalar = step * step * (F32(3) - F32(2) * step)
+    return share
 
 
 def _sample_point(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
     """Go to the light: nothing to choose."""
     to_light = rows[:3] - point
-    gain = F32(1) / np.maximum(dot(to_light, to_light), TINY)
+    gain = np.reciprocal(np.maximum(dot(to_light, to_light), TINY))
     return to_light, gain, np.zeros_like(gain)
 
 
@@ -101,7 +107,7 @@ def _sample_disk(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Sca
     to_light = rows[:3] - point
     squared = dot(to_light, to_light)
     distance = np.sqrt(squared)
-    tangent, bitangent = frame(to_light / np.maximum(distance, TINY))
+    tangent, bitangent = frame(np.divide(to_light, np.maximum(distance, TINY)))
 
     # The disk is square to the way to its centre: Pythagoras gives the distance
     x, y = concentric_disk(u, v) * rows[RADIUS]
@@ -110,15 +116,15 @@ def _sample_disk(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Sca
     to_light += tangent
     to_light += bitangent
     squared += x * x + y * y
-    gain = distance / np.maximum(squared * np.sqrt(squared), TINY)
-    return to_light, gain, INV_PI / (rows[RADIUS] * rows[RADIUS]) * reciprocal(gain)
+    gain = np.divide(distance, np.maximum(squared * np.sqrt(squared), TINY))
+    return to_light, gain, reciprocal(gain * (PI * rows[RADIUS] * rows[RADIUS]))
 
 
 def _cone(rows: Rows, squared: Scalar) -> tuple[Scalar, Scalar]:
     """Return 1 - cos of the half angle [1] of spheres, and 1 + cos, from outside or on them."""
     sine_squared = np.minimum(rows[RADIUS] * rows[RADIUS] / np.maximum(squared, TINY), F32(1))
     plus = F32(1) + np.sqrt(F32(1) - sine_squared)
-    return sine_squared / plus, plus
+    return np.maximum(sine_squared / plus, TINY), plus
 
 
 def _sample_sphere(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
@@ -151,28 +157,24 @@ def _sample_sphere(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, S
     return to_light, gain, pdf
 
 
-def _intersect_disk(
-    rows: Rows, origin: Vec, direction: Vec
-) -> tuple[Scalar, Scalar, Scalar]:
+def _intersect_disk(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
     """Meet the disk that faces the origin of the ray."""
     axis = rows[:3] - origin
     squared = dot(axis, axis)
     distance = np.sqrt(squared)
     cosine = dot(axis, direction) / np.maximum(distance, TINY)
-    t = distance / np.maximum(cosine, GRAZING)
-    across = direction * t
+    t = np.divide(distance, np.maximum(cosine, GRAZING))
+    across: Vec = direction * t
     across -= axis
     area = rows[RADIUS] * rows[RADIUS]
     hit = (dot(across, across) < area) & (cosine > 0)
     density = INV_PI / area
     gain = np.where(hit, density, F32(0))
-    pdf = gain * (t * t) / np.maximum(cosine, GRAZING)
+    pdf = np.divide(gain * (t * t), np.maximum(cosine, GRAZING))
     return np.where(hit, t, F32(np.inf)), gain, pdf
 
 
-def _intersect_sphere(
-    rows: Rows, origin: Vec, direction: Vec
-) -> tuple[Scalar, Scalar, Scalar]:
+def _intersect_sphere(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
     """Meet the sphere: its near side from outside, its far side from inside."""
     axis = rows[:3] - origin
     squared = dot(axis, axis)
@@ -183,7 +185,7 @@ def _intersect_sphere(
     gap = area - dot(across, across)
     half = np.sqrt(np.maximum(gap, F32(0)))
     hit = (gap >= 0) & (inside | (along > 0))
-    t = along + np.where(inside, half, -half)
+    t = np.maximum(along + np.where(inside, half, -half), F32(0))
     minus = np.where(inside, F32(2), _cone(rows, squared)[0])
     pdf = F32(0.5) * INV_PI / minus
     gain = np.where(hit, INV_PI / area, F32(0))
@@ -192,11 +194,13 @@ def _intersect_sphere(
 
 def _outside(rows: Rows, point: Vec) -> Scalar:
     axis = rows[:3] - point
-    return dot(axis, axis) > rows[RADIUS] * rows[RADIUS]
+    outside: Scalar = dot(axis, axis) > rows[RADIUS] * rows[RADIUS]
+    return outside
 
 
-def _sample_spot(rows: Rows, point: Vec, u: Scalar, v: Scalar, *, shape: Kind, ball: bool
-                 ) -> tuple[Vec, Scalar, Scalar]:
+def _sample_spot(
+    rows: Rows, point: Vec, u: Scalar, v: Scalar, *, shape: Kind, ball: bool
+) -> tuple[Vec, Scalar, Scalar]:
     """Sample the shape, dimmed by the angle to the axis; no cone inside of a sphere (Cycles)."""
     to_light, gain, pdf = shape.sample(rows, point, u, v)
     falloff = _falloff(rows, to_light)
@@ -204,9 +208,10 @@ def _sample_spot(rows: Rows, point: Vec, u: Scalar, v: Scalar, *, shape: Kind, b
     return to_light, gain, pdf
 
 
-def _intersect_spot(rows: Rows, origin: Vec, direction: Vec, *, shape: Kind, ball: bool
-                    ) -> tuple[Scalar, Scalar, Scalar]:
-    """Meet the shape, dimmed by the angle to the axis; rays that lead away from it miss."""
+def _intersect_spot(
+    rows: Rows, origin: Vec, direction: Vec, *, shape: Kind, ball: bool
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Meet the shape, dimmed by the angle to the axis; no cone inside of a sphere (Cycles)."""
     t, gain, pdf = shape.intersect(rows, origin, direction)
     falloff = _falloff(rows, direction)
     gain *= np.where(_outside(rows, origin), falloff, F32(1)) if ball else falloff

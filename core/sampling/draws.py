@@ -7,6 +7,7 @@ Owen Scrambling": pairs are made independent by shuffling); the sample is the ro
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ def hash32(x: Keys) -> Keys:
     return x
 
 
+@lru_cache(maxsize=4096)
 def _odd(dimension: int) -> np.uint32:
     # A multiplier of its own for each dimension: the high bits of key x odd pick a sequence.
     mixed = int(hash32(np.array([dimension * GOLDEN & 0xFFFFFFFF], np.uint32))[0])

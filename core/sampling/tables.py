@@ -13,65 +13,80 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import F32, ONE_BELOW, Ids, Scalar
 
+_NUMBERS = 1 << 24  # that a float32 in [0, 1) of equal steps can be
 _STEPS = 16  # density steps per table entry
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AliasTable:
-    """Choice of an index with a probability in proportion to its weight; see `compile_alias`."""
+    """Choice of an index with a probability in proportion to its weight; see `compile_alias`.
 
-    threshold: Scalar  # (N,): the part of slot i that belongs to entry i
-    alias: Ids  # (N,): the entry that has the rest of slot i
-    probability: Scalar  # (N,)
+    A power of two of slots S, so that a slot number and the place in the slot are exact.
+    """
+
+    threshold: Scalar  # (S,): where slot i is cut in two
+    owner: Ids  # (2 S,): the entries that have the parts of the slots
+    stretch: Scalar  # (2 S,): 1 / the size of the parts
+    probability: Scalar  # (S,)
 
     def sample(self, u: Scalar | NDArray[np.float64]) -> tuple[Ids, Scalar, Scalar]:
-        """Return index (M,) int32, its pmf (M,), and what is left of u: uniform in [0, 1).
+        """Return index (N,) int32, its pmf (N,), and what is left of u: uniform in [0, 1).
 
-        Unbiased but for the steps of u: they are 2^-24, so that among N entries the probability of
-        each is met to N 2^-24 of the mean one, and as many bits are left of u as log2 N leaves of
-        24.  With more than some 10^4 entries, pass float64 u that carry more bits.
+        Unbiased: the pmf is the share of all 24-bit numbers that choose the index.  What is left
+        of u has log2(S) bits less, and less again in small parts: where that will not do, draw
+        another number, or pass float64 u that carry more bits.
         """
         # Find the slot, and the place in it
         size = self.threshold.size
         place = u * u.dtype.type(size)
-        slot = np.minimum(place.astype(np.int32), np.int32(size - 1))
-        place = np.minimum((place - slot.astype(u.dtype)).astype(F32), ONE_BELOW)
+        slot = place.astype(np.int32)
+        place -= slot.astype(u.dtype)
 
-        # Take the owner of that part of the slot, and stretch the part to the unit interval
+        # Take the owner of that part of the slot
         threshold = self.threshold.take(slot)
         other = place >= threshold
-        index = np.where(other, self.alias.take(slot), slot)
-        place -= other * threshold
-        place /= np.where(other, F32(1) - threshold, threshold)
-        return index, self.probability.take(index), np.minimum(place, ONE_BELOW)
+        part = slot * np.int32(2)
+        part += other
+        index = self.owner.take(part)
+
+        # Stretch the part to the unit interval, the steps of float32 u centred in it
+        rest = place.astype(F32)
+        rest -= other * threshold
+        if u.dtype == F32:
+            rest += F32(size * 2.0**-25)
+        rest *= self.stretch.take(part)
+        np.minimum(rest, ONE_BELOW, out=rest)
+        return index, self.probability.take(index), rest
 
     def pmf(self, index: Ids) -> Scalar:
-        """Return the probability (M,) of each index (M,)."""
+        """Return the probability (N,) of each index (N,)."""
         return self.probability.take(index)
 
 
 def compile_alias(weights: ArrayLike) -> AliasTable:
-    """Build the alias table of weights (N,), in float64 and without a loop.
+    """Build the alias table of weights (M,), in float64 and without a loop.
 
-    Entries below the mean ("light") fill their slots from those above it ("heavy"), in order; a
-    heavy entry that falls below the mean is filled from the next.  Who fills whom follows from the
-    running sums of what is missing and what is in excess.
+    Probabilities are rounded to steps of 2^-24, those above 0 to no less than one step, and `pmf`
+    returns the rounded ones.
     Raises: ValueError if there is no weight, or none above 0, or one is negative or not finite.
-    Source: Vose 1991; sums as Huebschle-Schneider and Sanders 2022, "Parallel Weighted Random
-    Sampling", section 4.
+    Source: Vose 1991; built from sums as Huebschle-Schneider and Sanders 2022, "Parallel Weighted
+    Random Sampling", section 4.
     """
     weights = np.asarray(weights, np.float64)
-    if weights.ndim != 1 or weights.size == 0:
-        raise ValueError(f"Weights of an alias table: shape {weights.shape}, expected (N,), N > 0")
+    if weights.ndim != 1 or not 0 < weights.size <= _NUMBERS:
+        raise ValueError(f"Weights: shape {weights.shape}, expected 1 to {_NUMBERS} in a row")
     bad = np.flatnonzero(~(np.isfinite(weights) & (weights >= 0)))
     if bad.size:
         raise ValueError(f"Weight {bad[0]} of {weights.size} is {weights[bad[0]]}")
     largest = np.max(weights)
     if largest == 0:
         raise ValueError(f"All {weights.size} weights are 0: there is nothing to choose")
-    size = weights.size
-    share = weights / largest  # the sum cannot overflow
-    share *= size / share.sum()
+
+    # Scale to a mean of one slot; entries beyond the last weigh nothing
+    slots = 1 << (weights.size - 1).bit_length()
+    share = np.zeros(slots)
+    share[: weights.size] = weights / largest  # so that the sum cannot overflow
+    share *= slots / share.sum()
 
     # Sum what light entries miss and what heavy entries have in excess of one slot
     light, heavy = np.flatnonzero(share < 1), np.flatnonzero(share >= 1)
@@ -79,7 +94,7 @@ def compile_alias(weights: ArrayLike) -> AliasTable:
     excess = np.cumsum(share[heavy] - 1)
 
     # Fill each light slot from the first heavy entry that is not used up before it
-    threshold, alias = share.copy(), np.arange(size)
+    threshold, alias = share.copy(), np.arange(slots)
     donor = np.searchsorted(excess, missing[:-1], side="right")
     alias[light] = heavy[np.minimum(donor, heavy.size - 1)]
 
@@ -88,14 +103,24 @@ def compile_alias(weights: ArrayLike) -> AliasTable:
     threshold[heavy] = 1 + excess - missing[np.minimum(used_up, light.size)]
     alias[heavy[:-1]] = heavy[1:]
     threshold[heavy[-1]] = 1
+
+    # Count the numbers of 24 bits that choose each entry
+    steps = _NUMBERS // slots
+    kept = np.clip(np.rint(threshold * steps), 0, steps)
+    positive = np.flatnonzero(weights > 0)
+    kept[positive] = np.maximum(kept[positive], 1)
+    owner = np.stack([np.arange(slots), alias], axis=1).ravel()
+    parts = np.stack([kept, steps - kept], axis=1).ravel()
+    chosen = np.bincount(owner, parts, minlength=slots)
     return AliasTable(
-        np.clip(threshold, 0, 1).astype(F32),
-        alias.astype(np.int32),
-        (share / size).astype(F32),
+        threshold=(kept / steps).astype(F32),
+        owner=owner.astype(np.int32),
+        stretch=(steps / np.maximum(parts, 1)).astype(F32),
+        probability=(chosen / _NUMBERS).astype(F32),
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class InverseTable:
     """The inverse of a distribution function at equal steps; see `compile_inverse`."""
 

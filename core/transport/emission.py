@@ -53,7 +53,8 @@ def add_lamps(
         index = np.arange(paths.size)
         kinds = np.full(paths.size, CAMERA, np.uint8)
     else:
-        index = np.flatnonzero(((paths.kind & DIFFUSE) == 0) & (paths.kind & plan.lamps_seen_by))
+        met = (paths.kind & plan.lamps_seen_by) != 0
+        index = np.flatnonzero(met & ((paths.kind & DIFFUSE) == 0))
         kinds = paths.kind.take(index)
     if not index.size:
         return

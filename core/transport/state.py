@@ -1,4 +1,4 @@
-"""paths in flight.  What travels from bounce to bounce, one column for each live path.
+"""bounce -> next bounce.  What travels: paths in flight, one column for each live path.
 
 A *slot* is one branch of one pixel sample; it never moves, while paths are compacted.  Slots are
 unique within a wave, so light is added with `radiance[:, slot] += light`, without atomics.
