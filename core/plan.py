@@ -15,7 +15,7 @@ from .bsdf import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
 from .geometry.accel import Accel, compile_accel
 from .geometry.mesh import Triangles, bounds, compile_triangles
-from .lights import Lights, compile_lights
+from .lights import Lights, compile_lights, ray_mask
 from .sampling.patterns import PATTERNS
 from .scene import Cancelled, Material, Note, Scene, SceneError
 from .settings import OPTIONS, Settings
@@ -49,7 +49,7 @@ class Plan:
     # Limits; kind_limits (diffuse, glossy, transmission) is None if they cannot matter
     max_bounces: int
     kind_limits: tuple[int, int, int] | None
-    clamp_direct: float
+    clamp_direct: float  # of the sum of the channels, as in Cycles; 0 is no limit
     clamp_indirect: float
 
     # What rays meet
@@ -123,8 +123,8 @@ def compile_plan(
     radiance, world_notes = _compile_world(scene)
     notes += world_notes
     world = np.array(radiance, F32)[:, None] if max(radiance) > 0 else None
-    lamps_seen_by = _lamps_seen_by(scene, lights)
-    meets = lamps_seen_by & ~DIFFUSE
+    lamps_seen_by = _lamps_seen_by(scene, lights, surfaces)
+    meets = lamps_seen_by
     if world is not None or surfaces.emission is not None:
         meets = CAMERA | DIFFUSE | GLOSSY | TRANSMISSION
 
@@ -152,8 +152,8 @@ def compile_plan(
         time_limit=settings.time_limit,
         max_bounces=max_bounces,
         kind_limits=kind_limits,
-        clamp_direct=settings.sample_clamp_direct,
-        clamp_indirect=settings.sample_clamp_indirect,
+        clamp_direct=3 * settings.sample_clamp_direct,
+        clamp_indirect=3 * settings.sample_clamp_indirect,
         triangles=triangles,
         accel=accel,
         surfaces=surfaces,
@@ -194,15 +194,16 @@ def _compile_world(scene: Scene) -> tuple[tuple[float, float, float], list[Note]
     return compile_emission(f"World '{scene.world.name}'", scene.world.surface)
 
 
-def _lamps_seen_by(scene: Scene, lights: Lights | None) -> int:
+def _lamps_seen_by(scene: Scene, lights: Lights | None, surfaces: SurfaceTable) -> int:
+    """Return the ray kinds that may run into a lamp; rays from rough surfaces have sampled it."""
     if lights is None:
         return 0
-    flags = 0
+    specular = any(module.IS_DELTA for module in surfaces.modules)
+    possible = CAMERA | GLOSSY | TRANSMISSION if specular else CAMERA
+    seen = 0
     for lamp in scene.lamps:
-        seen = lamp.seen_by
-        flags |= CAMERA * seen.camera | DIFFUSE * seen.diffuse
-        flags |= GLOSSY * seen.glossy | TRANSMISSION * seen.transmission
-    return flags
+        seen |= ray_mask(lamp.seen_by)
+    return seen & possible
 
 
 def _bounce_limits(

@@ -6,9 +6,10 @@ points to the viewer, wi to the light.  A module declares
     NAME, PARAMETERS   rows of `parameters` (P, N) float32, in this order
     IS_DELTA           scatters into single directions only: `evaluate` is never asked
     RAY_KIND           DIFFUSE or GLOSSY: what a reflected ray counts as
-    WEIGHT_IN_WI_Z     True if `evaluate` reads nothing of directions but wi[2]
+    TRANSMITS          whether wi may lie behind the surface
+    WEIGHT_IN_WI_Z     True if only wi[2] is read of the directions: wo may then be None
     evaluate(parameters, wo, wi) -> (f cos, pdf)          cos = |wi_z|; (N,) or (3, N), and (N,)
-    sample(parameters, wo, back, u, v) -> (wi, weight, pdf)      weight = f cos / pdf
+    sample(parameters, wo, back, u, v) -> (wi, weight, pdf)      weight = f cos / pdf, None is 1
 
 `back` (N,) tells that the surface is seen from behind.  A weight of 0 is a failed sample; nothing
 here returns NaN or raises.  wi_z < 0 means the ray has passed through.  A delta module may add

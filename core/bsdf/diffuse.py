@@ -16,6 +16,7 @@ PARAMETERS: tuple[str, ...] = ()
 IS_DELTA = False
 RAY_KIND = DIFFUSE
 WEIGHT_IN_WI_Z = True
+TRANSMITS = False
 
 
 def evaluate(parameters: Vec, wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
@@ -27,7 +28,7 @@ def evaluate(parameters: Vec, wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
 
 def sample(
     parameters: Vec, wo: Vec, back: NDArray[np.bool_], u: Scalar, v: Scalar
-) -> tuple[Vec, Scalar, Scalar]:
+) -> tuple[Vec, None, Scalar]:
     """Draw wi (3, N) in proportion to cos; the weight is exactly 1."""
     wi = warp.cosine_hemisphere(u, v)
-    return wi, np.ones_like(u), wi[2] * INV_PI
+    return wi, None, wi[2] * INV_PI

@@ -18,6 +18,7 @@ PARAMETERS = ("ior", "reflect_r", "reflect_g", "reflect_b", "refract_r", "refrac
 IS_DELTA = True
 RAY_KIND = GLOSSY
 WEIGHT_IN_WI_Z = False
+TRANSMITS = True
 
 
 def fresnel(cos_o: Scalar, eta: Scalar) -> tuple[Scalar, Scalar]:

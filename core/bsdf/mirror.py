@@ -15,6 +15,7 @@ PARAMETERS: tuple[str, ...] = ("f0_r", "f0_g", "f0_b", "f90_r", "f90_g", "f90_b"
 IS_DELTA = True
 RAY_KIND = GLOSSY
 WEIGHT_IN_WI_Z = False
+TRANSMITS = False
 
 
 def reflect(wo: Vec) -> Vec:

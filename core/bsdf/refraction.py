@@ -16,6 +16,7 @@ PARAMETERS: tuple[str, ...] = ("ior",)
 IS_DELTA = True
 RAY_KIND = GLOSSY
 WEIGHT_IN_WI_Z = False
+TRANSMITS = True
 
 
 def branches(parameters: Vec, wo: Vec, back: NDArray[np.bool_]) -> tuple[tuple[Vec, Scalar], ...]:

@@ -81,7 +81,7 @@ class Accel:
         hits = self._closest(origin, direction, far)
         tally.embree += perf_counter() - start
         if left is not None:
-            again = np.flatnonzero((hits.triangle == left) & (hits.triangle >= 0))
+            again = np.flatnonzero(hits.triangle == left)
             if again.size:
                 self._trace_again(origin, direction, far, again, hits, tally)
         return hits

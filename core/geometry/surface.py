@@ -7,7 +7,7 @@ Fast and Robust Method for Avoiding Self-Intersection", whose constants fail on 
 triangles).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,8 @@ class Points:
     position (3, N) about the local origin [m]; arriving (3, N) unit, of the rays; geometric and
     shading normal (3, N), unit, turned to the viewer's side of the surface (the same array
     where nothing is smooth); back (N,) bool: seen from behind; offset (N,) [m]: how far along
-    the geometric normal rays must start; triangle and material (N,) int32.
+    the geometric normal rays must start; triangle and material (N,) int32.  smooth (N,) bool
+    and the barycentrics u, v (N,) are None where nothing in the scene is smooth.
     """
 
     position: Vec
@@ -35,6 +36,9 @@ class Points:
     offset: Scalar
     triangle: Ids
     material: Ids
+    smooth: NDArray[np.bool_] | None = None
+    u: Scalar | None = None
+    v: Scalar | None = None
 
     @property
     def wo(self) -> Vec:
@@ -58,6 +62,9 @@ class Points:
             self.offset.take(index),
             self.triangle.take(index),
             self.material.take(index),
+            None if self.smooth is None else self.smooth.take(index),
+            None if self.u is None else self.u.take(index),
+            None if self.v is None else self.v.take(index),
         )
 
     def above(self) -> Vec:
@@ -91,43 +98,40 @@ def resolve(
     side = np.copysign(F32(1), np.negative(facing))
     geometric = geometric * side
 
-    normal = geometric
-    if not triangles.is_flat:
-        normal = _smooth(triangles, triangle, ids[SMOOTH], geometric, side, hits, found)
-    check("surface", position=position, geometric=geometric, normal=normal)
-    return Points(
-        position, direction, geometric, normal, back, columns[OFFSET], triangle, ids[MATERIAL]
+    check("surface", position=position, geometric=geometric)
+    flat = Points(
+        position, direction, geometric, geometric, back, columns[OFFSET], triangle, ids[MATERIAL]
     )
+    return flat if triangles.is_flat else _smooth(triangles, flat, ids[SMOOTH], side, hits, found)
 
 
 def _smooth(
-    triangles: Triangles,
-    triangle: Ids,
-    smooth: Ids,
-    flat: Vec,
-    side: Scalar,
-    hits: Hits,
-    found: Index | None,
-) -> Vec:
-    index = np.flatnonzero(smooth != FLAT)
+    triangles: Triangles, flat: Points, kind: Ids, side: Scalar, hits: Hits, found: Index | None
+) -> Points:
+    """Return the points with their shading normals interpolated between corners."""
+    smooth = kind != FLAT
+    index = np.flatnonzero(smooth)
     if not index.size:
         return flat
     everywhere = index.size == smooth.size
-    corner = triangles.corner_normals(triangle if everywhere else triangle.take(index))
-    chosen = index if found is None else found.take(index)
-    u, v = hits.u.take(chosen), hits.v.take(chosen)
-    interpolated = corner[:3] * (F32(1) - u - v)
-    interpolated += corner[3:6] * u
-    interpolated += corner[6:] * v
-    normalize(interpolated)
-    interpolated *= side.take(index)
+    u, v = hits.u, hits.v
+    if found is not None:
+        u, v = u.take(found), v.take(found)
+    some_u, some_v = (u, v) if everywhere else (u.take(index), v.take(index))
+    corner = triangles.corner_normals(flat.triangle if everywhere else flat.triangle.take(index))
+    normal = corner[:3] * (F32(1) - some_u - some_v)
+    normal += corner[3:6] * some_u
+    normal += corner[6:] * some_v
+    normalize(normal)
+    normal *= side.take(index)
 
     # Opposite corner normals can cancel: such a point keeps its flat normal.
-    fallen = np.flatnonzero(dot(interpolated, interpolated) < F32(0.5))
+    fallen = np.flatnonzero(dot(normal, normal) < F32(0.5))
     if fallen.size:
-        interpolated[:, fallen] = flat[:, index[fallen]]
-    if everywhere:
-        return interpolated
-    normal = flat.copy()
-    normal[:, index] = interpolated
-    return normal
+        normal[:, fallen] = flat.geometric[:, index[fallen]]
+    if not everywhere:
+        partly = normal
+        normal = flat.geometric.copy()
+        normal[:, index] = partly
+    check("surface", normal=normal)
+    return replace(flat, normal=normal, smooth=smooth, u=u, v=v)

@@ -11,7 +11,9 @@ import numpy as np
 from ..arrays import F32, Index, Scalar, Vec, check, dot, frame
 from ..geometry.accel import FAR
 from ..geometry.surface import Points
+from ..geometry.terminator import raise_starts
 from ..lights import Group as LampGroup
+from ..lights import Lights
 from ..plan import Plan
 from ..sampling.dimensions import LIGHT, LIGHT_CHOICE, dimension
 from ..sampling.draws import Draws
@@ -29,16 +31,15 @@ LAMPS_SAMPLED_EACH = 8
 
 @dataclass(frozen=True, eq=False)
 class Receiver:
-    """The points of one closure type that lamps may light, and what their light is worth.
+    """The points of one closure type that lamps may light.
 
-    weight (3, n) is the closure's colour times the path's throughput; slot (n,) or None.
+    start (3, n): where shadow rays leave; slot (n,) or None.
     """
 
     points: Points
     group: Group
-    weight: Vec
+    start: Vec
     slot: Index | None
-    bounce: int
 
 
 def add(
@@ -54,97 +55,108 @@ def add(
     """Add the light of lamps that reaches `points` unblocked and is scattered to the viewer."""
     lights = plan.lights
     assert lights is not None
-    split = plan.light_samples if bounce == 0 else 1
     for group in closures.groups:
         if group.module.IS_DELTA:
             continue
-        to = _receiver(points, group, paths, bounce)
-        for item in range(split):
-            if lights.count <= LAMPS_SAMPLED_EACH:
-                for number in range(lights.count):
-                    lamp = lights.single(number)
-                    u, v = draws.pair(dimension(LIGHT, bounce, number), to.slot, item, split)
-                    _add_lamp(plan, to, lamp, lamp.colour * F32(1 / split), u, v, radiance, tally)
-            else:
-                _add_chosen(plan, to, draws, item, split, radiance, tally)
+        to = _receiver(points, group, paths)
+        if lights.count <= LAMPS_SAMPLED_EACH:
+            light = _light_of_each(plan, lights, to, draws, bounce, tally)
+        else:
+            light = _light_of_chosen(plan, lights, to, draws, bounce, tally)
+        if light is not None:
+            light *= group.weight
+            if paths.throughput is not None:
+                light *= _some(paths.throughput, group.index)
+            radiance.add(light, to.slot, bounce)
 
 
-def _receiver(points: Points, group: Group, paths: Paths, bounce: int) -> Receiver:
-    weight, throughput, slot = group.weight, paths.throughput, paths.slot
+def _receiver(points: Points, group: Group, paths: Paths) -> Receiver:
     if group.index is None:
-        if throughput is not None:
-            weight = weight * throughput
-        return Receiver(points, group, weight, slot, bounce)
-    if throughput is not None:
-        weight = weight * throughput.take(group.index, axis=1)
-    slot = group.index if slot is None else slot.take(group.index)
-    return Receiver(points.take(group.index), group, weight, slot, bounce)
+        return Receiver(points, group, points.above(), paths.slot)
+    points = points.take(group.index)
+    slot = group.index if paths.slot is None else paths.slot.take(group.index)
+    return Receiver(points, group, points.above(), slot)
 
 
-def _add_chosen(
-    plan: Plan,
-    to: Receiver,
-    draws: Draws,
-    item: int,
-    split: int,
-    radiance: Radiance,
-    tally: Tally,
-) -> None:
-    # Choose by power, then sample kind by kind.
-    pick, _ = draws.pair(dimension(LIGHT_CHOICE, to.bounce), to.slot, item, split)
-    u, v = draws.pair(dimension(LIGHT, to.bounce), to.slot, item, split)
-    assert plan.lights is not None
-    chosen, probability, _ = plan.lights.choose(pick)
-    for index, lamps in plan.lights.split(chosen):
-        part = Receiver(
-            to.points.take(index),
-            Group(to.group.module, None, to.weight, to.group.parameters.take(index, axis=1)),
-            to.weight.take(index, axis=1),
-            index if to.slot is None else to.slot.take(index),
-            to.bounce,
-        )
-        colour = lamps.colour / (probability.take(index) * F32(split))
-        _add_lamp(plan, part, lamps, colour, u.take(index), v.take(index), radiance, tally)
+def _some(array: Vec, index: Index | None) -> Vec:
+    return array if index is None else array.take(index, axis=1)
 
 
-def _add_lamp(
-    plan: Plan,
-    to: Receiver,
-    lamp: LampGroup,
-    colour: Vec,
-    u: Scalar,
-    v: Scalar,
-    radiance: Radiance,
-    tally: Tally,
-) -> None:
-    # Sample the lamp and scatter its light: f cos x radiance / pdf.
-    start = to.points.above()
-    to_light, gain, _ = lamp.kind.sample(lamp.rows, start, u, v)
-    scattered = _evaluate(to, to_light, gain)
+def _light_of_each(
+    plan: Plan, lights: Lights, to: Receiver, draws: Draws, bounce: int, tally: Tally
+) -> Vec | None:
+    """Return the scattered light (3, n) of all lamps, before the closure's colour."""
+    split = plan.light_samples if bounce == 0 else 1
+    total = None
+    for number in range(lights.count):
+        lamp = lights.single(number)
+        if bounce > lamp.max_bounces[0]:
+            continue
+        for item in range(split):
+            u, v = draws.pair(dimension(LIGHT, bounce, number), to.slot, item, split)
+            seen = _visible(plan, to, lamp, u, v, tally)
+            if seen is not None:
+                light = lamp.colour * F32(1 / split) * seen
+                total = light if total is None else np.add(total, light, out=total)
+    return total
+
+
+def _light_of_chosen(
+    plan: Plan, lights: Lights, to: Receiver, draws: Draws, bounce: int, tally: Tally
+) -> Vec | None:
+    """Return the scattered light (3, n) of one lamp at each point, chosen by power."""
+    split = plan.light_samples if bounce == 0 else 1
+    total = np.zeros(to.start.shape, F32)
+    for item in range(split):
+        pick, _ = draws.pair(dimension(LIGHT_CHOICE, bounce), to.slot, item, split)
+        u, v = draws.pair(dimension(LIGHT, bounce), to.slot, item, split)
+        chosen, probability, _ = lights.choose(pick)
+        for index, lamps in lights.split(chosen):
+            group = Group(
+                to.group.module, None, to.group.weight, to.group.parameters.take(index, axis=1)
+            )
+            part = Receiver(to.points.take(index), group, to.start.take(index, axis=1), None)
+            seen = _visible(plan, part, lamps, u.take(index), v.take(index), tally)
+            if seen is not None:
+                seen /= probability.take(index) * F32(split)
+                seen *= bounce <= lamps.max_bounces
+                light = lamps.colour * seen
+                for channel, value in zip(total, light, strict=True):
+                    channel[index] += value
+    return total
+
+
+def _visible(
+    plan: Plan, to: Receiver, lamp: LampGroup, u: Scalar, v: Scalar, tally: Tally
+) -> Scalar | Vec | None:
+    """Return f cos x gain (n,) or (3, n) of a lamp where it is not in shadow, else 0."""
+    assert plan.accel is not None and plan.triangles is not None
+    to_light, gain, _ = lamp.kind.sample(lamp.rows, to.start, u, v)
+    scattered, cos_light = _evaluate(to, to_light, gain)
     check("direct", to_light=to_light, gain=gain, scattered=scattered)
 
-    # Light from below the surface does not reach it; what carries no light gets no ray.
+    # What carries no light gets no ray; light from below a flat surface does not reach it.
     arriving = scattered if scattered.ndim == 1 else scattered.max(axis=0)
-    if not to.points.is_flat:
-        arriving = arriving * (dot(to.points.geometric, to_light) > 0)
+    start = to.start
+    if to.points.smooth is not None:
+        start = raise_starts(plan.triangles, to.points, start, to_light, cos_light)
     lit = np.flatnonzero(arriving > 0)
     if not lit.size:
-        return
+        return None
     if lit.size < arriving.size:
         start, to_light = start.take(lit, axis=1), to_light.take(lit, axis=1)
     far = np.full(lit.size, FAR if lamp.kind.DISTANT else NEARLY, F32)
-    assert plan.accel is not None
     free = plan.accel.free(start, to_light, far, tally)
-
-    # Add what is not in shadow.
     seen = free if lit.size == arriving.size else lit.take(free)
-    light = to.weight.take(seen, axis=1) * scattered.take(seen, axis=-1)
-    light *= colour if colour.shape[1] == 1 else colour.take(seen, axis=1)
-    radiance.add(light, seen if to.slot is None else to.slot.take(seen), to.bounce)
+    if seen.size == arriving.size:
+        return scattered
+    visible = np.zeros(arriving.size, F32)
+    visible[seen] = 1
+    return scattered * visible
 
 
-def _evaluate(to: Receiver, to_light: Vec, gain: Scalar) -> Scalar | Vec:
-    """Return f cos x gain, (n,) or (3, n)."""
+def _evaluate(to: Receiver, to_light: Vec, gain: Scalar) -> tuple[Scalar | Vec, Scalar]:
+    """Return f cos x gain, (n,) or (3, n), and the cosine (n,) of the light."""
     normal = to.points.normal
     distance = dot(to_light, to_light)
     np.sqrt(distance, out=distance)
@@ -161,4 +173,4 @@ def _evaluate(to: Receiver, to_light: Vec, gain: Scalar) -> Scalar | Vec:
         x, y = dot(tangent, to_light) / distance, dot(bitangent, to_light) / distance
         value, _ = module.evaluate(to.group.parameters, local_o, np.stack([x, y, z]))
     value *= gain
-    return value
+    return value, z

@@ -45,7 +45,7 @@ def add_lamps(
     plan: Plan, rays: Rays, paths: Paths, hits: Hits, bounce: int, radiance: Radiance
 ) -> None:
     """Add the light of lamps that paths cross before their hit; lamps do not block."""
-    if plan.lights is None:
+    if plan.lights is None or not plan.lamps_seen_by:
         return
     if paths.kind is None:
         if not plan.lamps_seen_by & CAMERA:

@@ -32,12 +32,12 @@ NO_RAYS = Rays(np.zeros((3, 0), F32), np.zeros((3, 0), F32))
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Scattered directions of a group: wi (3, n) local, weight (3, n) or (n,), slot's own or new."""
+    """Scattered directions of a group: wi (3, n) local, weight (3, n); `is_first` keeps the slot."""
 
     points: Points
     paths: Paths
     wi: Vec
-    weight: Vec | Scalar
+    weight: Vec
     module: ModuleType
     is_first: bool
 
@@ -92,9 +92,10 @@ def _branches(
     module, first = group.module, group.lobe == 0
 
     # Turn the viewer's direction into the local frame, where closures live.
-    wo: Vec = points.wo
+    wo = None
     if not module.WEIGHT_IN_WI_Z:
         tangent, bitangent = frame(points.normal)
+        wo = points.wo
         wo = np.stack([dot(tangent, wo), dot(bitangent, wo), dot(points.normal, wo)])
     if module.IS_DELTA and plan.splitting and bounce < SPLIT_SPECULAR:
         return [
@@ -105,7 +106,8 @@ def _branches(
         ]
     u, v = draws.pair(dimension(SCATTER, bounce), paths.slot)
     wi, weight, _ = module.sample(group.parameters, wo, points.back, u, v)
-    return [Branch(points, paths, wi, group.weight * weight, module, first)]
+    weight = group.weight if weight is None else group.weight * weight
+    return [Branch(points, paths, wi, weight, module, first)]
 
 
 def _segment(
@@ -123,13 +125,16 @@ def _segment(
     bitangent *= branch.wi[1]
     direction += bitangent
     direction += points.normal * branch.wi[2]
-    through = branch.wi[2] < 0
-    strength = throughput.max(axis=0)
+    through = branch.wi[2] < 0 if module.TRANSMITS else None
+    strength = np.maximum(np.maximum(throughput[0], throughput[1]), throughput[2])
     if not points.is_flat:
-        strength *= (dot(points.geometric, direction) < 0) == through
+        below = dot(points.geometric, direction) < 0
+        strength *= ~below if through is None else below == through
 
     # Count the bounce; who can meet no more light ends here, and so do black branches.
-    kind, count, last = _account(plan, paths, module, through, bounce)
+    kind, count, last = _account(
+        plan, paths, module, through, strength.size, bounce
+    )
     if last is not None:
         strength *= ~last | ((kind & plan.kinds_that_meet_light) != 0)
 
@@ -141,16 +146,18 @@ def _segment(
         if not alive.size:
             return None
         points, paths = points.take(alive), paths.take(alive)
-        direction, through = direction.take(alive, axis=1), through.take(alive)
+        direction = direction.take(alive, axis=1)
+        through = None if through is None else through.take(alive)
         throughput = throughput.take(alive, axis=1) / survival.take(alive)
         kind = kind.take(alive)
         count = None if count is None else count.take(alive, axis=1)
         last = None if last is None else last.take(alive)
     check("scatter", direction=direction, throughput=throughput)
-    _tally(kind, tally)
+    _tally(module, through, kind.size, tally)
 
     # Leave the surface on the side the ray goes to.
-    origin = points.geometric * np.where(through, -points.offset, points.offset)
+    offset = points.offset if through is None else np.where(through, -points.offset, points.offset)
+    origin = points.geometric * offset
     origin += points.position
     slot = np.arange(kind.size) if paths.slot is None else paths.slot
     return (
@@ -160,28 +167,38 @@ def _segment(
 
 
 def _account(
-    plan: Plan, paths: Paths, module: ModuleType, through: NDArray[np.bool_], bounce: int
+    plan: Plan,
+    paths: Paths,
+    module: ModuleType,
+    through: NDArray[np.bool_] | None,
+    size: int,
+    bounce: int,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int16] | None, NDArray[np.bool_] | None]:
     """Return the ray kind, the bounces so far by kind, and which paths see emission only."""
-    reflected = module.RAY_KIND
-    transmitted = TRANSMISSION | reflected
-    kind = np.where(through, np.uint8(transmitted), np.uint8(reflected))
+    kind = np.full(size, module.RAY_KIND, np.uint8)
+    if through is not None:
+        kind |= through.view(np.uint8) * np.uint8(TRANSMISSION)
     done = bounce >= plan.max_bounces
     if plan.kind_limits is None:
-        return kind, None, np.ones(kind.size, bool) if done else None
-    count = np.zeros((3, kind.size), np.int16) if paths.count is None else paths.count.copy()
-    row = 0 if reflected == DIFFUSE else 1
-    count[row] += ~through
-    count[2] += through
-    if done:
-        return kind, count, np.ones(kind.size, bool)
-    limits = plan.kind_limits
-    return kind, count, np.where(through, count[2] > limits[2], count[row] > limits[row])
+        return kind, None, np.ones(size, bool) if done else None
+    count = np.zeros((3, size), np.int16) if paths.count is None else paths.count.copy()
+    row = 0 if module.RAY_KIND == DIFFUSE else 1
+    if through is None:
+        count[row] += 1
+        last = count[row] > plan.kind_limits[row]
+    else:
+        count[row] += ~through
+        count[2] += through
+        last = np.where(through, count[2] > plan.kind_limits[2], count[row] > plan.kind_limits[row])
+    return kind, count, np.ones(size, bool) if done else last
 
 
-def _tally(kind: NDArray[np.uint8], tally: Tally) -> None:
-    through = int(np.count_nonzero(kind & TRANSMISSION))
-    diffuse = int(np.count_nonzero(kind & DIFFUSE))
-    tally.rays_transmission += through
-    tally.rays_diffuse += diffuse
-    tally.rays_reflection += kind.size - through - diffuse
+def _tally(
+    module: ModuleType, through: NDArray[np.bool_] | None, size: int, tally: Tally
+) -> None:
+    behind = 0 if through is None else int(np.count_nonzero(through))
+    tally.rays_transmission += behind
+    if module.RAY_KIND == DIFFUSE:
+        tally.rays_diffuse += size - behind
+    else:
+        tally.rays_reflection += size - behind

@@ -1,0 +1,78 @@
+"""points, light directions -> where shadow rays start.  The shadow terminator of smooth meshes.
+
+Shading normals pretend a curved surface, flat triangles cast its shadows: near the terminator
+facets would show.  There, shadow rays start from the curved surface that the corner normals
+imply, faded in as the light grazes the triangle, just as in Blender.
+Source: Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II, chapter 4.
+"""
+
+import numpy as np
+
+from ..arrays import F32, Index, Scalar, Vec, dot
+from .mesh import Triangles
+from .surface import Points
+
+# Blender's default "Shading Terminator Geometry Offset": the cosine at which it sets in.
+CUTOFF = F32(0.1)
+
+
+def raise_starts(
+    triangles: Triangles, points: Points, start: Vec, to_light: Vec, cos_light: Scalar
+) -> Vec:
+    """Return shadow-ray starts (3, N), raised at smooth points that light grazes.
+
+    cos_light (N,) is the cosine of the light at the shading normal, to_light (3, N) any length.
+    """
+    assert points.smooth is not None
+    length = np.sqrt(np.maximum(dot(to_light, to_light), F32(1e-30)))
+    cos_flat = dot(points.geometric, to_light)
+    cos_flat /= length
+
+    # Fade in below the cutoff; facing away from the shading normal nothing is lit anyway.
+    amount = np.where(
+        cos_light < CUTOFF,
+        F32(2) - (cos_flat + cos_light) / CUTOFF,
+        F32(1) - cos_flat / CUTOFF,
+    )
+    grazing = np.flatnonzero((amount > 0) & (cos_light > 0) & points.smooth)
+    if not grazing.size:
+        return start
+    lift = _lift(triangles, points, grazing)
+    lift *= np.minimum(amount.take(grazing), F32(1))
+    raised = start.copy()
+    raised[:, grazing] += lift
+    return raised
+
+
+def _lift(triangles: Triangles, points: Points, index: Index) -> Vec:
+    """Return the way (3, n) from the triangles up to the surface their normals imply."""
+    assert points.u is not None and points.v is not None
+    triangle = points.triangle.take(index)
+    u, v = points.u.take(index), points.v.take(index)
+    w = (F32(1) - u - v, u, v)
+    corners = triangles.corners.take(triangle, axis=0)
+    p = [np.ascontiguousarray(triangles.vertices.take(corners[:, k], axis=0).T) for k in range(3)]
+    table = triangles.corner_normals(triangle)
+    n = [table[3 * k : 3 * k + 3] for k in range(3)]
+
+    # Turn the normals to the viewer's side.
+    normal = n[0] * w[0] + n[1] * w[1] + n[2] * w[2]
+    side = np.copysign(F32(1), dot(normal, points.geometric.take(index, axis=1)))
+    n = [corner * side for corner in n]
+    normal *= side
+
+    # Height of the parabola through the corners ...
+    a = dot(n[2] - n[0], p[0] - p[2])
+    b = dot(n[2] - n[1], p[1] - p[2])
+    c = dot(n[1] - n[0], p[1] - p[0])
+    parabola = a * w[0] * (w[0] - 1) + (a + b + c) * w[0] * w[1] + b * w[1] * (w[1] - 1)
+
+    # ... and of the envelope of the tangent planes at the corners, whichever is higher.
+    here = p[0] * w[0] + p[1] * w[1] + p[2] * w[2]
+    envelope = None
+    for k in range(3):
+        one, two = p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]
+        height = np.maximum(np.maximum(dot(one, n[k]), dot(two, n[k])), 0)
+        height = np.maximum(dot(p[k] - here, n[k]) + height, 0)
+        envelope = height if envelope is None else np.minimum(envelope, height)
+    return normal * np.maximum(envelope, parabola * F32(0.5))
