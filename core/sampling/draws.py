@@ -106,7 +106,7 @@ class Draws:
         if slot is not None and not isinstance(row, int):
             row = row.take(slot)
         if not is_stratified(dimension):
-            return self._independent(dimension, key, row * split + item)
+            return _independent(dimension, key, (row + self.numbers.first) * split + item)
         sequences = self.numbers.sequences
         index = key * _odd(dimension)
         index >>= np.uint32(33 - sequences.bit_length())
@@ -124,18 +124,16 @@ class Draws:
         )
         return Draws(self.numbers, np.concatenate([self.key, key]), row)
 
-    def _independent(
-        self, dimension: int, key: Keys, row: NDArray[np.int32] | int
-    ) -> tuple[Scalar, Scalar]:
-        sample = np.asarray(np.add(row, self.numbers.first)).astype(np.uint32)
-        state = hash32(key ^ (sample * np.uint32(0x9E3779B1)))
-        first = hash32(state + _odd(2 * dimension))
-        second = hash32(first ^ _odd(2 * dimension + 1))
-        return _unit(first), _unit(second)
+
+def _independent(
+    dimension: int, key: Keys, sample: NDArray[np.int32] | int
+) -> tuple[Scalar, Scalar]:
+    state = hash32(key ^ (np.asarray(sample).astype(np.uint32) * np.uint32(GOLDEN)))
+    first = hash32(state + _odd(2 * dimension))
+    second = hash32(first ^ _odd(2 * dimension + 1))
+    return _unit(first), _unit(second)
 
 
 def _unit(bits: Keys) -> Scalar:
     # 24 bits: what a float32 below 1 can hold.
     return (bits >> np.uint32(8)).astype(F32) * F32(2.0**-24)
-
-

@@ -41,7 +41,7 @@ def _stream(keys: Keys, index: NDArray[np.integer]) -> Keys:
 
 def words_of(keys: Keys, number: int) -> Words:
     """Return `number` random 32-bit words (number, C) for each key (C,)."""
-    index = np.arange(_WORDS_START, _WORDS_START + (number + 1) // 2)[:, None]
+    index = np.arange((number + 1) // 2, dtype=np.uint64)[:, None] + np.uint64(_WORDS_START)
     z = _stream(keys, index)
     words = np.concatenate([z >> np.uint64(32), z & np.uint64(0xFFFFFFFF)])
     return words[:number].astype(np.uint32)

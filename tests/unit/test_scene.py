@@ -1,0 +1,88 @@
+"""core.scene -> what cannot be rendered is refused at the door, by name."""
+
+import re
+
+import numpy as np
+import pytest
+
+from penumbra.core import Camera, Instance, Lamp, Mesh, SceneError
+from tests.support import scenes as s
+
+SQUARE = np.zeros((4, 3))
+ONE = np.array([(0, 1, 2)], np.int32)
+NAN = s.affine()
+NAN[1, 2] = np.nan
+
+
+def mesh(**changes):
+    return Mesh(**{"name": "Suzanne", "positions": SQUARE, "triangles": ONE, **changes})
+
+
+def lamp(**changes):
+    basics = {"name": "Key", "kind": "POINT", "to_world": s.affine(), "strength": (1.0, 1.0, 1.0)}
+    return Lamp(**{**basics, **changes})
+
+
+def camera(**changes):
+    basics = {"to_world": s.affine(), "window": (-1, 1, -1, 1), "width": 8, "height": 6}
+    return Camera(**{**basics, **changes})
+
+
+REFUSED = (
+    (lambda: mesh(positions=np.zeros((4, 2))), "Mesh 'Suzanne': positions has shape (4, 2)"),
+    (lambda: mesh(triangles=np.zeros((1, 4), int)), "Mesh 'Suzanne': triangles has shape (1, 4)"),
+    (lambda: mesh(normals=np.zeros((1, 3))), "Mesh 'Suzanne': normals has shape (1, 3)"),
+    (lambda: mesh(slots=np.zeros(2, int)), "Mesh 'Suzanne': slots has shape (2,)"),
+    (
+        lambda: mesh(triangles=np.array([(0, 1, 2), (2, 3, 4)])),
+        "Mesh 'Suzanne': corner 5 points to vertex 4 of 4",
+    ),
+    (
+        lambda: mesh(triangles=np.array([(0, -1, 2)])),
+        "Mesh 'Suzanne': corner 1 points to vertex -1 of 4",
+    ),
+    (
+        lambda: Instance("Cube", mesh(), np.eye(4)),
+        "Object 'Cube': its matrix has shape (4, 4), expected (3, 4)",
+    ),
+    (lambda: Instance("Cube", mesh(), NAN), "Object 'Cube': its matrix has a number that is not"),
+    (lambda: lamp(kind="LASER"), "Light 'Key': unknown kind 'LASER'"),
+    (lambda: lamp(to_world=NAN), "Light 'Key': its matrix has a number that is not finite"),
+    (lambda: lamp(strength=(1.0, np.inf, 1.0)), "Light 'Key': strength or size is not a finite"),
+    (lambda: lamp(radius=np.nan), "Light 'Key': strength or size is not a finite number"),
+    (lambda: lamp(size=(1.0, np.nan)), "Light 'Key': strength or size is not a finite number"),
+    (lambda: camera(to_world=NAN), "Camera: its matrix has a number that is not finite"),
+    (lambda: camera(projection="PANO"), "Camera: projection 'PANO' is not PERSP or ORTHO"),
+    (lambda: camera(width=0), "Camera: a picture of 0 x 6 pixels is empty"),
+    (lambda: camera(border=(2, 2, 2, 4)), "Camera: border (2, 2, 2, 4) is empty or outside"),
+    (lambda: camera(border=(0, 0, 9, 4)), "Camera: border (0, 0, 9, 4) is empty or outside"),
+)
+
+
+@pytest.mark.parametrize(("make", "message"), REFUSED, ids=[message for _, message in REFUSED])
+def test_the_culprit_is_named(make, message):
+    with pytest.raises(SceneError, match=re.escape(message)):
+        make()
+
+
+def test_what_is_sound_passes():
+    mesh(normals=np.zeros((4, 3)))
+    mesh(normals=np.zeros((1, 3, 3)), slots=np.zeros(1, int))
+    mesh(positions=np.zeros((0, 3)), triangles=np.zeros((0, 3), np.int32))
+    lamp(strength=(0.0, 0.0, 0.0))
+    assert camera().rectangle() == (0, 0, 8, 6)
+    assert camera(border=(1, 2, 3, 4)).rectangle() == (1, 2, 3, 4)
+
+
+@pytest.mark.parametrize("lamps", ("none", "black", "flat", "squeezed"))
+def test_lamps_that_cannot_shine_are_no_error(lamps):
+    things = {
+        "none": (),
+        "black": (lamp(strength=(0.0, 0.0, 0.0)),),
+        "flat": (lamp(kind="AREA", size=(0.0, 1.0)),),
+        "squeezed": tuple(
+            lamp(kind=kind, to_world=s.affine(0.0)) for kind in ("SPOT", "AREA", "SUN")
+        ),
+    }[lamps]
+    image = s.pixels(s.orthographic((0, 0, 5)), s.put(s.quad(), s.diffuse()), *things)
+    assert image[..., :3].max() == 0
