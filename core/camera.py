@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import F32, Scalar, Vec, normalize
+from .sampling.tables import compile_inverse, lookup
 from .scene import Camera
 from .settings import Settings
 
@@ -111,19 +112,21 @@ def _filter_offsets(settings: Settings) -> NDArray[np.float32]:
     width = settings.filter_width
     kind = settings.pixel_filter_type
     reach = {"BOX": 0.5, "GAUSSIAN": 1.5 * width, "BLACKMAN_HARRIS": width}[kind]
-    x = np.linspace(-reach, reach, 8 * FILTER_ENTRIES + 1)
-    if kind == "BOX":
-        density = np.ones_like(x)
-    elif kind == "GAUSSIAN":
-        density = np.exp(-2.0 * (6.0 * x / (2 * reach)) ** 2)
-    else:
-        phase = 2 * np.pi * (x / (2 * reach) + 0.5)
-        density = (
-            0.35875 - 0.48829 * np.cos(phase) + 0.14128 * np.cos(2 * phase)
+
+    def density(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        if kind == "BOX":
+            return np.ones_like(x)
+        if kind == "GAUSSIAN":
+            return np.exp(-2.0 * (3.0 * x / reach) ** 2)
+        phase = np.pi * (x / reach + 1.0)
+        return (
+            0.35875
+            - 0.48829 * np.cos(phase)
+            + 0.14128 * np.cos(2 * phase)
             - 0.01168 * np.cos(3 * phase)
         )
 
-    # Invert the distribution at the middles of equal shares.
-    cumulated = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
-    share = (np.arange(FILTER_ENTRIES) + 0.5) / FILTER_ENTRIES
-    return (0.5 + np.interp(share * cumulated[-1], cumulated, x)).astype(F32)
+    # Tabulate the middles of equal shares: one gather places a sample.
+    inverse = compile_inverse(density, -reach, reach, FILTER_ENTRIES)
+    shares = (np.arange(FILTER_ENTRIES, dtype=F32) + F32(0.5)) / F32(FILTER_ENTRIES)
+    return lookup(inverse, shares) + F32(0.5)

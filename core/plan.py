@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .arrays import F32, Vec
 from .bsdf import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
@@ -34,6 +33,7 @@ class Plan:
     camera: CompiledCamera
     rectangle: tuple[int, int, int, int]  # x0, y0, x1, y1 of the pixels rendered
     frame_width: int
+    frame_height: int
     film_transparent: bool
     exposure: float
 
@@ -141,6 +141,7 @@ def compile_plan(
         camera=compile_camera(scene.camera, settings, origin, box),
         rectangle=scene.camera.rectangle(),
         frame_width=scene.camera.width,
+        frame_height=scene.camera.height,
         film_transparent=scene.film_transparent,
         exposure=settings.film_exposure,
         pattern=settings.pattern,

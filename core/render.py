@@ -165,7 +165,7 @@ def _rays(tally: Tally) -> int:
 def _batches(plan: Plan, pixels: int) -> Iterator[Batch]:
     """Yield all batches; the first rounds are short, so that there is soon something to see."""
     first, end = plan.samples
-    sequences = _sequences(pixels)
+    sequences = _sequences(plan.frame_width * plan.frame_height)  # a border changes no pixel
     step = 1 if pixels >= BATCH else CHUNK
     while first < end:
         # Chunks stay aligned to their own size: whole blocks of the sequence.

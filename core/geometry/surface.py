@@ -125,8 +125,8 @@ def _smooth(
     normalize(normal)
     normal *= side.take(index)
 
-    # Opposite corner normals can cancel: such a point keeps its flat normal.
-    fallen = np.flatnonzero(dot(normal, normal) < F32(0.5))
+    # Opposite corner normals can cancel, or be NaN: such a point keeps its flat normal.
+    fallen = np.flatnonzero(~(dot(normal, normal) >= F32(0.5)))
     if fallen.size:
         normal[:, fallen] = flat.geometric[:, index[fallen]]
     if not everywhere:

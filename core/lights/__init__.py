@@ -182,6 +182,15 @@ def _hulls(pairs: list[tuple[Kind, Lamp]], origin: NDArray[np.float64]) -> Proxy
     )
 
 
+def visible(seen_by: int | Ids, kind: int | NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Tell whether what has the mask `seen_by` shines on rays whose bits are `kind`.
+
+    Rays through glass are glossy and transmitted, but only the latter counts (Cycles).
+    """
+    counts = np.where(kind & TRANSMISSION, kind & (DIFFUSE | TRANSMISSION), kind)
+    return (seen_by & counts) == counts
+
+
 def meet(lights: Lights, origin: Vec, direction: Vec, t_max: Scalar, seen_by: int | Ids) -> Vec:
     """Return the radiance (3, M) of all lights that rays cross before `t_max` (M,).
 
@@ -192,11 +201,11 @@ def meet(lights: Lights, origin: Vec, direction: Vec, t_max: Scalar, seen_by: in
     radiance = np.zeros(direction.shape, F32)
     for number in range(lights.count):
         light = lights.single(number)
-        sees = light.seen_by & seen_by
+        sees = visible(light.seen_by, seen_by)
         if not sees.any():
             continue
         t, gain, _ = light.kind.intersect(light.rows, origin, direction)
-        gain *= (t < t_max) & (sees != 0)
+        gain *= (t < t_max) & sees
         radiance += light.colour * gain
     return radiance
 
@@ -213,4 +222,5 @@ __all__ = [
     "compile_lights",
     "meet",
     "ray_mask",
+    "visible",
 ]

@@ -32,7 +32,7 @@ NEAR = 1.0
 # Below this single precision makes the solid angle wrong by more than 2e-4 [sr]
 SMALLEST_ANGLE = F32(1e-3)
 HALF, ONE = F32(0.5), F32(1)
-GRAZING, CLOSEST = F32(1e-8), F32(1e-24)
+GRAZING, CLOSEST, BIG = F32(1e-8), F32(1e-24), F32(1e6)
 
 
 class _Shape(NamedTuple):
@@ -60,13 +60,18 @@ def _shape(lamp: Lamp) -> _Shape | None:
     return _Shape(u, v, n, float(area))
 
 
+def _has_no_slats(lamp: Lamp) -> bool:
+    # Blender's 180 degrees are in single precision
+    return bool(F32(lamp.spread) >= F32(np.pi))
+
+
 def classify(lamp: Lamp) -> Kind | None:
     """Return the kind of an area lamp, None if it has no area."""
     if _shape(lamp) is None:
         return None
     if lamp.spread <= 0.0:
         return BEAM_ELLIPSE if lamp.ellipse else BEAM
-    if lamp.spread >= np.float32(np.pi):
+    if _has_no_slats(lamp):
         return ELLIPSE if lamp.ellipse else RECTANGLE
     return ELLIPSE_SPREAD if lamp.ellipse else RECTANGLE_SPREAD
 
@@ -90,7 +95,7 @@ def _compile(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
 
     # Integral of cos (1 - tan / tan(half)) over the cone is 1; Cycles' series where it is narrow
     half = 0.5 * max(lamp.spread, 0.0)
-    if 0.0 < lamp.spread < np.float32(np.pi):
+    if lamp.spread > 0.0 and not _has_no_slats(lamp):
         row += [np.tan(half), 1.0 / (np.tan(half) - half) if half > 0.05 else 3.0 / half**3]
     return [float(value) for value in row]
 
@@ -139,7 +144,7 @@ def _part(
         s0, s1, t0, t1 = _window(rows, base, height, True)
         return HALF * (s0 + s1), HALF * (t0 + t1), s1 - s0, t1 - t0
     s, t = _local(rows, base)
-    z = F32(2) * height * rows[INV_DIAGONAL] * rows[TAN_SPREAD]
+    z = np.minimum(F32(2) * height * rows[INV_DIAGONAL] * rows[TAN_SPREAD], BIG)
     a, b = z / rows[WIDTH], z / rows[HEIGHT]
     circle = a * b < ONE
     zero = F32(0)

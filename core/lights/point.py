@@ -133,6 +133,7 @@ def _sample_sphere(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, S
     squared = dot(axis, axis)
     distance = np.sqrt(squared)
     axis /= np.maximum(distance, TINY)
+    axis[2] += distance == 0  # any axis will do at the centre
     radius = np.broadcast_to(rows[RADIUS], squared.shape)
     inside = squared <= radius * radius
 

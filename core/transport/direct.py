@@ -90,7 +90,7 @@ def _light_of_each(
     total = None
     for number in range(lights.count):
         lamp = lights.single(number)
-        if bounce > lamp.max_bounces[0]:
+        if bounce > lamp.max_bounces[0] or not lamp.seen_by[0] & to.group.module.RAY_KIND:
             continue
         for item in range(split):
             u, v = draws.pair(dimension(LIGHT, bounce, number), to.slot, item, split)
@@ -119,7 +119,8 @@ def _light_of_chosen(
             seen = _visible(plan, part, lamps, u.take(index), v.take(index), tally)
             if seen is not None:
                 seen /= probability.take(index) * F32(split)
-                seen *= bounce <= lamps.max_bounces
+                seen *= (bounce <= lamps.max_bounces) & (lamps.seen_by & group.module.RAY_KIND > 0)
+                seen *= (lamps.seen_by & to.group.module.RAY_KIND) != 0
                 light = lamps.colour * seen
                 for channel, value in zip(total, light, strict=True):
                     channel[index] += value

@@ -10,8 +10,9 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Scalar, Vec, check, dot, frame
+from ..arrays import F32, Vec, check, dot, frame
 from ..bsdf import DIFFUSE, TRANSMISSION
+from ..geometry.silhouette import bend_normals
 from ..geometry.surface import Points
 from ..plan import Plan
 from ..sampling.dimensions import CHOICE, ROULETTE, SCATTER, dimension
@@ -90,6 +91,8 @@ def _branches(
     if group.index is not None:
         paths, points = paths.take(group.index), points.take(group.index)
     module, first = group.module, group.lobe == 0
+    if module.IS_DELTA and not points.is_flat:
+        points = bend_normals(points)
 
     # Turn the viewer's direction into the local frame, where closures live.
     wo = None
