@@ -191,7 +191,13 @@ def visible(seen_by: int | Ids, kind: int | NDArray[np.integer]) -> NDArray[np.b
     return (seen_by & counts) == counts
 
 
-def meet(lights: Lights, origin: Vec, direction: Vec, t_max: Scalar, seen_by: int | Ids) -> Vec:
+def meet(
+    lights: Lights,
+    origin: Vec,
+    direction: Vec,
+    t_max: Scalar,
+    seen_by: int | NDArray[np.integer],
+) -> Vec:
     """Return the radiance (3, M) of all lights that rays cross before `t_max` (M,).
 
     `t_max` is inf for rays that leave the scene, only these meet distant lights; `seen_by` is the

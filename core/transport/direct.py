@@ -119,8 +119,8 @@ def _light_of_chosen(
             seen = _visible(plan, part, lamps, u.take(index), v.take(index), tally)
             if seen is not None:
                 seen /= probability.take(index) * F32(split)
-                seen *= (bounce <= lamps.max_bounces) & (lamps.seen_by & group.module.RAY_KIND > 0)
-                seen *= (lamps.seen_by & to.group.module.RAY_KIND) != 0
+                seen *= bounce <= lamps.max_bounces
+                seen *= (lamps.seen_by & group.module.RAY_KIND) != 0
                 light = lamps.colour * seen
                 for channel, value in zip(total, light, strict=True):
                     channel[index] += value

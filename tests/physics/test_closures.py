@@ -255,6 +255,23 @@ def test_glass_of_index_1_is_transparent(back):
 
 @pytest.mark.parametrize("ior", IORS)
 @pytest.mark.parametrize("name", ("glass", "refraction"))
+@sides
+def test_refracted_directions_obey_snell(name, ior, back):
+    module, count = REGISTRY[name], COSINES.size
+    parameters = np.ones((len(module.PARAMETERS), count), F32)
+    parameters[0] = ior
+    wo = towards(COSINES)
+    *_, (wi, weight) = module.branches(parameters, wo, np.full(count, back))
+    through = np.flatnonzero(np.broadcast_to(weight, (3, count))[0] > 0)
+    assert through.size > 30
+    eta = 1 / ior if back else ior
+    np.testing.assert_allclose(wi[:2, through] * eta, -wo[:2, through], atol=1e-6)
+    np.testing.assert_allclose((wi[:, through] ** 2).sum(axis=0), 1, atol=2e-6)
+    assert wi[2, through].max() < 0
+
+
+@pytest.mark.parametrize("ior", IORS)
+@pytest.mark.parametrize("name", ("glass", "refraction"))
 def test_refracted_light_finds_its_way_back(name, ior):
     module, count = REGISTRY[name], COSINES.size
     parameters = np.ones((len(module.PARAMETERS), count), F32)

@@ -125,7 +125,8 @@ def first_hits(view, mesh):
     with np.errstate(divide="ignore", invalid="ignore"):  # triangles seen edge on
         u = (px * e2[:, 1] - py * e2[:, 0]) / area
         v = (py * e1[:, 0] - px * e1[:, 1]) / area
-    z = np.where((u >= 0) & (v >= 0) & (u + v <= 1), a[:, 2] + u * e1[:, 2] + v * e2[:, 2], -np.inf)
+        depth = a[:, 2] + u * e1[:, 2] + v * e2[:, 2]
+        z = np.where((u >= 0) & (v >= 0) & (u + v <= 1), depth, -np.inf)
     triangle = z.argmax(axis=1)
     row = np.arange(x.size)
     missed = np.isinf(z[row, triangle])

@@ -60,6 +60,9 @@ def test_instances_are_placed_about_the_local_origin_in_double_precision(hits):
     triangles, _ = flatten(placed, origin=far, hits=hits)
     expected = (s.box(0.1).positions * 2 + 0.3).astype(np.float32)
     np.testing.assert_allclose(triangles.vertices, expected, atol=4e-9)  # doubles at 1e7
+    away = s.mesh(s.box(0.1).positions - far, BOX.triangles)
+    triangles, _ = flatten(s.put(away, to_world=s.affine(2.0, 2 * far + 0.3)), hits=hits)
+    np.testing.assert_allclose(triangles.vertices, expected, atol=2e-8)
     assert triangles.vertices.dtype == np.float32
     assert triangles.corners.dtype == np.int32
 
@@ -116,7 +119,7 @@ def test_flat_and_smooth_meshes_live_together(hits):
 @with_and_without_tables
 def test_material_slots_become_numbers_and_too_high_ones_the_last(hits):
     red, blue = s.diffuse((1, 0, 0)), s.diffuse((0, 0, 1))
-    shape = s.mesh(BOX.positions, BOX.triangles[:4], slots=(0, 1, 7, 1))
+    shape = s.mesh(BOX.positions, BOX.triangles[:4], slots=(0, 1, 6, 1))
     triangles, _ = flatten(s.put(BOX, blue), s.put(shape, red, blue), s.put(BOX), hits=hits)
     material = columns(triangles).view(np.int32)[m.MATERIAL]
     assert (material[:12] == 0).all()
@@ -180,9 +183,10 @@ def test_a_scene_too_large_for_its_memory_names_the_largest_object():
         flatten(small, large, *many, limit=10_000)
 
 
-def test_flattening_stops_when_asked():
+@with_and_without_tables
+def test_flattening_stops_when_asked(hits):
     with pytest.raises(Cancelled):
-        flatten(s.put(BOX), should_stop=lambda: True)
+        flatten(s.put(BOX), hits=hits, should_stop=lambda: True)
 
 
 def test_bounds_hold_all_vertices_of_turned_instances():

@@ -1,0 +1,246 @@
+"""F12 -> picture.  Blender's thread: exports, hands over to the core, shows what comes back.
+
+Blender punishes engines that fail: an exception in `render` leaves a blank picture and a
+successful operator, and a render layer without a result crashes it when a multilayer EXR is
+written.  So `render` catches everything, reports ERROR, and ends a result in any case.
+"""
+
+import logging
+import math
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import bpy
+import numpy as np
+
+from .. import __version__, core
+from ..core.scene import Cancelled, Note, Scene, SceneError
+from ..core.settings import Settings
+from . import report
+from .export import export_camera, export_scene, read_frame
+from .properties import read_settings
+
+ENGINE = "PENUMBRA"
+
+progress_listener = None  # None, or called with the progress at every tick (headless use)
+
+_WATCHED = not bpy.app.background  # does anybody see the picture before it is finished?
+_log = logging.getLogger("penumbra")
+_STATUS_INTERVAL = 0.2  # [s]
+_FIRST_PICTURE = 0.3  # [s]
+_PICTURE_INTERVAL = 2.0  # [s] between pictures once the render has run for a while
+_PICTURE_SHARE = 0.02  # of the time may go into showing pictures
+
+
+class PenumbraRenderEngine(bpy.types.RenderEngine):
+    """Blender's handle on a render; one per frame, or one per animation with persistent data."""
+
+    bl_idname = ENGINE
+    bl_label = "Penumbra"
+    bl_use_preview = False
+    bl_use_postprocess = True
+    bl_use_eevee_viewport = True
+    bl_use_custom_freestyle = False
+    bl_use_gpu_context = False
+    bl_use_shading_nodes_custom = False
+    bl_use_spherical_stereo = False
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Render one frame of one view layer; nothing is raised."""
+        job = _Job(self, depsgraph)
+        try:
+            job.run()
+        except Cancelled:
+            self.update_stats("", "Cancelled")
+        except SceneError as error:
+            job.fail(str(error))
+        except Exception as error:  # noqa: BLE001  (Blender would drop it: the user must see it)
+            _log.exception("Penumbra failed")
+            job.fail(f"{type(error).__name__}: {error}")
+        finally:
+            job.close()
+
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Say that the rendered viewport is still to come."""
+        self.update_stats("Penumbra", "Rendered viewport is not available yet; press F12")
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Draw nothing: see `view_update`."""
+
+
+class _Job:
+    """One call of `render`: a view layer, with all its views."""
+
+    def __init__(self, engine: PenumbraRenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
+        self.engine = engine
+        self.depsgraph = depsgraph
+        self.layer = depsgraph.view_layer.name
+        self.view = ""
+        self.result: bpy.types.RenderResult | None = None
+        self.ended = False
+
+    def run(self) -> None:
+        """Export once, then compile and sample each view."""
+        engine, depsgraph = self.engine, self.depsgraph
+        self.say("Reading the scene")
+        start = perf_counter()
+        settings = read_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        views = [view.name for view in engine.get_result().views]
+        scene = None
+        for self.view in views:
+            engine.active_view_set(self.view)
+            scene = self.export(scene)
+            self.sample(scene, settings, perf_counter() - start)
+            start = perf_counter()
+
+    def export(self, scene: Scene | None) -> Scene:
+        """Return the scene seen by the active view; all but the camera is read once."""
+        engine, depsgraph = self.engine, self.depsgraph
+        frame = read_frame(engine, depsgraph.scene_eval.render)
+        if scene is None:
+            return export_scene(engine, depsgraph, frame, engine.test_break)
+        notes: list[Note] = []
+        return replace(scene, camera=export_camera(engine, depsgraph, frame, notes))
+
+    def sample(self, scene: Scene, settings: Settings, export_seconds: float) -> None:
+        """Render one view, write it to Blender's result, and tell how it went."""
+        engine = self.engine
+        plan = core.compile_plan(scene, settings, announce=self.say, should_stop=engine.test_break)
+        render = self.depsgraph.scene_eval.render
+        threads = render.threads if render.threads_mode == "FIXED" else 0
+        self.say("Sampling")
+        picture = core.render(plan, threads=threads, on_tick=_Ticker(self))
+        self.write(picture)
+        self.end()
+        statistics = dict(picture.statistics, export_seconds=export_seconds)
+        self.tell(plan, picture, statistics, settings)
+
+    def tell(self, plan: Any, picture: Any, statistics: dict[str, Any], settings: Settings) -> None:
+        """Add to the report, to the picture's metadata and to Blender's info area."""
+        engine, scene = self.engine, self.depsgraph.scene
+        entry = {
+            "frame": scene.frame_current,
+            "output": bpy.path.abspath(scene.render.frame_path(frame=scene.frame_current)),
+            "view_layer": self.layer,
+            "view": self.view,
+            "resolution": list(picture.combined().shape[1::-1]),
+            "samples": picture.samples,
+            "complete": picture.complete,
+            "not_honoured": report.as_rows(plan.notes),
+            "statistics": statistics,
+        }
+        report.frames.append(entry)
+        offset = settings.sample_range()[0]
+        result = engine.get_result()
+        for key, value in report.metadata(entry, __version__, settings.seed, offset).items():
+            result.stamp_data_add_field(key, value)
+        sentence = report.sentence(plan.notes)
+        if sentence:
+            engine.report({"INFO"}, sentence)
+
+    def say(self, text: str) -> None:
+        """Show what is going on in Blender's status line."""
+        self.engine.update_stats("", f"{self.layer} | {text}")
+
+    # Blender's result: begun when there is something to show, ended exactly once per view
+
+    def begin(self) -> bpy.types.RenderResult:
+        if self.result is None:
+            size = self.engine.get_result()
+            self.result = self.engine.begin_result(
+                0,
+                0,
+                size.resolution_x,
+                size.resolution_y,
+                layer=self.layer,
+                view=self.view,
+            )
+        return self.result
+
+    def write(self, picture: Any) -> None:
+        """Put a picture (H, W, 4) into the Combined pass, row 0 at the bottom on both sides."""
+        layer = self.begin().layers[0]
+        combined = layer.passes.find_by_name("Combined", self.view)
+        pixels = np.ascontiguousarray(picture.combined(), np.float32)
+        combined.rect.foreach_set(pixels.reshape(-1))
+
+    def end(self, cancel: bool = False) -> None:
+        self.engine.end_result(self.begin(), cancel=cancel, do_merge_results=cancel)
+        self.result = None
+        self.ended = True
+
+    def close(self) -> None:
+        """End the open result, or an empty one if there was none at all."""
+        if self.result is not None or not self.ended:
+            self.end(cancel=True)
+
+    def fail(self, message: str) -> None:
+        """Make Blender know that there is no picture."""
+        report.errors.append(message)
+        self.engine.error_set(message)
+        self.engine.report({"ERROR"}, message)
+
+
+class _Ticker:
+    """Called by the core about every 50 ms; tells the user, and the core if it is to stop."""
+
+    def __init__(self, job: _Job) -> None:
+        self.job = job
+        self.next_status = 0.0
+        self.next_picture = perf_counter() + _FIRST_PICTURE if _WATCHED else math.inf
+        self.interval = _FIRST_PICTURE
+
+    def __call__(self, progress: Any) -> bool:
+        if progress_listener is not None:
+            progress_listener(progress)
+        now = perf_counter()
+        if now >= self.next_status:
+            self.next_status = now + _STATUS_INTERVAL
+            self.show_status(progress)
+        if now >= self.next_picture:
+            self.show_picture(progress)
+        return self.job.engine.test_break()
+
+    def show_status(self, progress: Any) -> None:
+        engine = self.job.engine
+        engine.update_progress(progress.fraction)
+        megabytes = progress.memory / 2**20
+        engine.update_memory_stats(memory_used=megabytes, memory_peak=megabytes)
+        self.job.say(status(progress))
+
+    def show_picture(self, progress: Any) -> None:
+        """Update Blender's picture; the next one is due later, and no sooner than it costs."""
+        start = perf_counter()
+        self.job.write(progress.picture())
+        self.job.engine.update_result(self.job.result)
+        end = perf_counter()
+        self.interval = min(2.0 * self.interval, _PICTURE_INTERVAL)
+        self.next_picture = end + max(self.interval, (end - start) / _PICTURE_SHARE)
+
+
+def status(progress: Any) -> str:
+    """Return the progress in words: samples, remaining time, memory, speed."""
+    parts = [f"Sample {int(progress.sample)}/{progress.samples}"]
+    if progress.remaining is not None:
+        minutes, seconds = divmod(round(progress.remaining), 60)
+        hours, minutes = divmod(minutes, 60)
+        clock = f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes:02}:{seconds:02}"
+        parts.append(f"Remaining {clock}")
+    parts.append(f"Memory {progress.memory / 2**20:.0f} MB")
+    parts.append(f"{progress.rays_per_second / 1e6:.1f} M rays/s")
+    return " | ".join(parts)
+
+
+def register() -> None:
+    """Make the engine known to Blender."""
+    bpy.utils.register_class(PenumbraRenderEngine)
+
+
+def unregister() -> None:
+    """Take the engine away; its running renders are stopped by Blender."""
+    if PenumbraRenderEngine.is_registered:
+        bpy.utils.unregister_class(PenumbraRenderEngine)

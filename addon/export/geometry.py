@@ -1,0 +1,122 @@
+"""evaluated bpy meshes -> core.scene.Mesh.  Bulk reads only: nothing loops over elements.
+
+Blender keeps corners of faces one after the other, and cuts faces into triangles on demand.
+Reading that triangulation (`loop_triangles`) goes element by element and costs about 85 ns a
+triangle, which is more than all the rest.  Triangles and quads, that is nearly all big meshes,
+are cut here instead by Blender's own rule, from arrays that come in one block; only meshes
+with larger faces read `loop_triangles`.
+"""
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.scene import Mesh
+
+Corners = NDArray[np.int32]  # (F, 3), indices of face corners
+
+
+def export_mesh(mesh: bpy.types.Mesh) -> Mesh:
+    """Return the triangles of an evaluated mesh, in object space [m]."""
+    if len(mesh.polygons) == 0:
+        return Mesh(mesh.name, np.empty((0, 3), np.float32), np.empty((0, 3), np.int32))
+    positions = _read(mesh.attributes["position"].data, "vector", np.float32, 3)
+    corner_vertex = _read(mesh.attributes[".corner_vert"].data, "value", np.int32)
+    faces = corners = None
+    if len(corner_vertex) == 3 * len(mesh.polygons):
+        triangles = corner_vertex.reshape(-1, 3)
+    else:
+        mesh.calc_loop_triangles()
+        faces = _read(mesh.loop_triangle_polygons, "value", np.int32)
+        corners = _triangulate(mesh, positions, corner_vertex, faces)
+        triangles = corner_vertex.take(corners)
+    return Mesh(
+        name=mesh.name,
+        positions=positions,
+        triangles=triangles,
+        normals=_normals(mesh, corners),
+        slots=_slots(mesh, faces),
+    )
+
+
+def _read(items: bpy.types.bpy_prop_collection, name: str, dtype: type, width: int = 1) -> NDArray:
+    """Return one attribute of all items as (N,), or (N, width)."""
+    values = np.empty(len(items) * width, dtype)
+    items.foreach_get(name, values)
+    return values.reshape(-1, width) if width > 1 else values
+
+
+def _triangulate(
+    mesh: bpy.types.Mesh,
+    positions: NDArray[np.float32],
+    corner_vertex: NDArray[np.int32],
+    faces: NDArray[np.int32],
+) -> Corners:
+    """Return the corners (F, 3) of the triangles cut from `faces` (F,), as Blender cuts them."""
+    sizes = np.bincount(faces, minlength=len(mesh.polygons)) + 2
+    if sizes.max(initial=0) > 4 or int(sizes.sum()) != len(corner_vertex):
+        return _read(mesh.loop_triangles, "loops", np.int32, 3)
+
+    # Cut every face as a fan from its first corner
+    starts = (np.cumsum(sizes) - sizes).astype(np.int32)
+    second = np.zeros(len(faces), np.int32)
+    second[1:] = faces[1:] == faces[:-1]
+    corners = starts.take(faces)[:, None] + np.array([0, 1, 2], np.int32)
+    corners[:, 1:] += second[:, None]
+
+    # Cut along the other diagonal where the first one runs outside of a concave quad
+    quads = np.flatnonzero(sizes == 4)
+    first = starts.take(quads)
+    flipped = np.flatnonzero(_is_concave_at_ends(positions, corner_vertex, first))
+    rows = np.flatnonzero(second).take(flipped)
+    base = first.take(flipped)[:, None]
+    corners[rows - 1] = base + np.array([0, 1, 3], np.int32)
+    corners[rows] = base + np.array([1, 2, 3], np.int32)
+    return corners
+
+
+def _is_concave_at_ends(
+    positions: NDArray[np.float32],
+    corner_vertex: NDArray[np.int32],
+    first: NDArray[np.int32],
+) -> NDArray[np.bool_]:
+    """Do the second and the fourth corner (Q,) lie on the same side of the quad's diagonal 0-2?"""
+    a, b, c, d = (positions.take(corner_vertex.take(first + i), axis=0).T for i in range(4))
+    ab, ac, ad = b - a, c - a, d - a
+    side_b = _cross(ab, ac)
+    side_d = _cross(ad, ac)
+    product = side_b[0] * side_d[0] + side_b[1] * side_d[1] + side_b[2] * side_d[2]
+    return product > 0
+
+
+def _cross(u: NDArray[np.float32], v: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
+    return (
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    )
+
+
+# Below, None for corners or faces is the whole range: the mesh has nothing but triangles
+
+
+def _normals(mesh: bpy.types.Mesh, corners: Corners | None) -> NDArray[np.float32] | None:
+    """Return shading normals: None (all flat), (V, 3) or (F, 3, 3), whichever is the smallest."""
+    if mesh.normals_domain == "FACE":
+        return None
+    if mesh.normals_domain == "POINT":
+        return _read(mesh.vertex_normals, "vector", np.float32, 3)
+    normals = _read(mesh.corner_normals, "vector", np.float32, 3)
+    return normals.reshape(-1, 3, 3) if corners is None else normals.take(corners, axis=0)
+
+
+def _slots(mesh: bpy.types.Mesh, faces: NDArray[np.int32] | None) -> NDArray[np.int32] | None:
+    """Return the material slot of each triangle (F,); None if it is the first one for all."""
+    attribute = mesh.attributes.get("material_index")
+    if attribute is None or attribute.domain != "FACE" or attribute.data_type != "INT":
+        return None
+    slots = _read(attribute.data, "value", np.int32)
+    np.maximum(slots, 0, out=slots)
+    if not slots.any():
+        return None
+    return slots if faces is None else slots.take(faces)

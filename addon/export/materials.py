@@ -1,0 +1,190 @@
+"""bpy node trees -> core.scene.Node.  Every node as it stands; the core decides what it honours.
+
+A tree becomes a DAG of nodes: groups, reroutes, muted nodes and muted links are gone, a node
+that is used twice is one object.  Inputs are keyed by socket identifier; a socket without a
+link carries its constant, one that stands for something of the hit point while unlinked (Normal,
+Vector) carries None.  Properties are the node's own RNA properties; nodes whose value sits on
+an output (RGB, Value, Normal) have it among the properties, under the output's identifier.
+"""
+
+from collections import deque
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from ...core.scene import Link, Material, Node, Note, Socket
+
+Path = tuple[bpy.types.Node, ...]  # the group nodes that one is inside of
+
+DEFAULT_SURFACE = Material("Default", Node("BsdfDiffuse", inputs={"Color": (0.8, 0.8, 0.8)}))
+
+# Properties of every node: where it is drawn, not what it does
+_COMMON = {prop.identifier for prop in bpy.types.ShaderNode.bl_rna.properties}
+_SIMPLE = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
+_CARRIERS = {"RGBA": ("RGB", "Color"), "VECTOR": ("CombineXYZ", "Vector")}
+
+
+def export_material(material: bpy.types.Material | None, notes: list[Note]) -> Material:
+    """Return a material as Cycles would see it; an empty slot is its grey default surface."""
+    if material is None:
+        return DEFAULT_SURFACE
+    tree = active_tree(material)
+    if tree is None:
+        colour = tuple(material.diffuse_color[:3])
+        return Material(material.name, Node("BsdfDiffuse", inputs={"Color": colour}))
+    surface = export_tree(tree, f"Material '{material.name}'", notes)
+    return Material(material.name, surface)
+
+
+def active_tree(datablock: bpy.types.ID) -> bpy.types.NodeTree | None:
+    """Return the node tree that shades a material, light or world; None if it uses none."""
+    switch = datablock.bl_rna.properties["use_nodes"]
+    deprecated = getattr(switch, "is_deprecated", False)  # Blender >= 5: always on
+    return datablock.node_tree if deprecated or datablock.use_nodes else None
+
+
+def export_tree(tree: bpy.types.NodeTree, owner: str, notes: list[Note]) -> Node | None:
+    """Return the node that feeds Surface of the tree's active output, or None."""
+    output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
+    if output is None:
+        return None
+    reader = _Reader()
+    for name, what in (("Volume", "volume shader"), ("Displacement", "displacement")):
+        if name in output.inputs and isinstance(reader.read(output.inputs[name], ()), Link):
+            notes.append(Note(owner, f"its {what} is not honoured"))
+    surface = reader.read(output.inputs["Surface"], ())
+    reader.finish()
+    return surface.node if isinstance(surface, Link) else None
+
+
+class _Reader:
+    """Reads one tree; breadth first, so that a long chain of nodes needs no deep recursion."""
+
+    def __init__(self) -> None:
+        self.nodes: dict[tuple[int, ...], Node] = {}
+        self.links: dict[int, dict[int, bpy.types.NodeLink]] = {}
+        self.unread: deque[tuple[bpy.types.Node, Path, dict[str, Socket]]] = deque()
+
+    def finish(self) -> None:
+        """Read the inputs of all nodes that were met, until there is no new one."""
+        while self.unread:
+            node, path, inputs = self.unread.popleft()
+            for socket in node.inputs:
+                if not socket.is_unavailable:
+                    inputs[socket.identifier] = self.read(socket, path)
+
+    def read(self, socket: bpy.types.NodeSocket, path: Path) -> Socket:
+        """Return what an input receives: a constant, a Link, or None."""
+        target = socket
+        default = _constant(target)
+        while True:
+            source = self.source(socket)
+            if source is None:
+                return default if socket == target else _carry(socket, target)
+            node = source.node
+            socket = None
+            if node.mute:
+                socket = _bypass(node, source)
+            elif node.bl_idname == "NodeReroute":
+                socket = node.inputs[0]
+            elif node.bl_idname == "NodeGroupInput" and path:
+                *outer, group = path
+                path, socket = (
+                    tuple(outer),
+                    _by_identifier(group.inputs, source.identifier),
+                )
+            elif isinstance(node, bpy.types.ShaderNodeGroup | bpy.types.ShaderNodeCustomGroup):
+                socket = _group_output(node, source.identifier)
+                path = (*path, node)
+            else:
+                return Link(self.node(node, path), source.identifier, default)
+            if socket is None:
+                return default
+
+    def source(self, socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+        """Return the output that a link which counts brings to an input."""
+        tree = socket.id_data
+        links = self.links.get(tree.as_pointer())
+        if links is None:
+            links = {
+                link.to_socket.as_pointer(): link
+                for link in tree.links
+                if link.is_valid and not link.is_muted
+            }
+            self.links[tree.as_pointer()] = links
+        link = links.get(socket.as_pointer())
+        return link.from_socket if link else None
+
+    def node(self, node: bpy.types.Node, path: Path) -> Node:
+        """Return the Node of a node; its inputs follow in `finish`."""
+        key = tuple(item.as_pointer() for item in (*path, node))
+        known = self.nodes.get(key)
+        if known is None:
+            inputs: dict[str, Socket] = {}
+            kind = node.bl_idname.removeprefix("ShaderNode")
+            known = Node(kind, node.label or node.name, inputs, dict(_properties(node)))
+            self.nodes[key] = known
+            self.unread.append((node, path, inputs))
+        return known
+
+
+def _constant(socket: bpy.types.NodeSocket) -> Socket:
+    """Return the value of a socket that has no link."""
+    if socket.type in ("VALUE", "INT"):
+        return float(socket.default_value)
+    if socket.type in ("BOOLEAN", "STRING", "MENU"):
+        return socket.default_value
+    if socket.type == "RGBA" or (socket.type == "VECTOR" and not socket.hide_value):
+        x, y, z = (*socket.default_value, 0.0)[:3]
+        return (x, y, z)
+    return None
+
+
+def _carry(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> Socket:
+    """Return an unlinked source's constant as `target` gets it: through a node if types differ."""
+    value = _constant(source)
+    if value is None or source.type == target.type:
+        return value
+    kind, output = _CARRIERS.get(source.type, ("Value", "Value"))
+    if kind == "CombineXYZ":
+        carrier = Node(kind, source.name, dict(zip("XYZ", value, strict=True)))
+    else:
+        carrier = Node(kind, source.name, properties={output: value})
+    return Link(carrier, output, _constant(target))
+
+
+def _bypass(node: bpy.types.Node, output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """Return the input that a muted node hands through to one of its outputs."""
+    for link in node.internal_links:
+        if link.to_socket == output:
+            return link.from_socket
+    return None
+
+
+def _group_output(group: bpy.types.Node, identifier: str) -> bpy.types.NodeSocket | None:
+    """Return the input of the group's active output node that feeds one of its outputs."""
+    for node in group.node_tree.nodes if group.node_tree else ():
+        if node.bl_idname == "NodeGroupOutput" and node.is_active_output:
+            return _by_identifier(node.inputs, identifier)
+    return None
+
+
+def _by_identifier(
+    sockets: bpy.types.bpy_prop_collection, identifier: str
+) -> bpy.types.NodeSocket | None:
+    return next((socket for socket in sockets if socket.identifier == identifier), None)
+
+
+def _properties(node: bpy.types.Node) -> Iterator[tuple[str, Any]]:
+    """Yield the node's own choices, and its value if that sits on an output."""
+    for prop in node.bl_rna.properties:
+        if prop.identifier not in _COMMON and prop.type in _SIMPLE:
+            value = getattr(node, prop.identifier)
+            yield (
+                prop.identifier,
+                tuple(value) if getattr(prop, "is_array", False) else value,
+            )
+    if node.bl_idname in ("ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeNormal"):
+        output = node.outputs[0]
+        yield output.identifier, _constant(output)

@@ -1,0 +1,207 @@
+"""settings -> panels.  Our own panels are made by looping over `PANELS`; the rest is Blender's.
+
+Options that the engine does not honour yet (`Option.awaits`) are not shown.  Built-in panels
+are opted in through COMPAT_ENGINES: those that Blender marks as good for any engine (the
+marker is still BLENDER_RENDER), less `DECLINED`, plus the ones of `BORROWED` that show only
+what we honour.
+"""
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import bpy
+
+from ..core.settings import OPTIONS
+from .engine import ENGINE
+from .properties import adopt_cycles
+
+# Label, options in the order they are shown; "render:" marks Blender's own render settings
+PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    (
+        "Sampling",
+        (
+            "samples",
+            "preview_samples",
+            "time_limit",
+            "pattern",
+            "light_samples",
+            "splitting",
+            "seed",
+            "use_animated_seed",
+            "use_sample_subset",
+            "sample_offset",
+            "sample_subset_length",
+            "use_adaptive_sampling",
+            "adaptive_threshold",
+            "adaptive_min_samples",
+            "light_sampling_threshold",
+            "use_denoising",
+        ),
+    ),
+    (
+        "Light Paths",
+        (
+            "max_bounces",
+            "diffuse_bounces",
+            "glossy_bounces",
+            "transmission_bounces",
+            "volume_bounces",
+            "transparent_max_bounces",
+            "sample_clamp_direct",
+            "sample_clamp_indirect",
+            "blur_glossy",
+            "caustics_reflective",
+            "caustics_refractive",
+        ),
+    ),
+    (
+        "Film",
+        (
+            "film_exposure",
+            "pixel_filter_type",
+            "filter_width",
+            "render:film_transparent",
+        ),
+    ),
+    ("Performance", ("render:threads_mode", "render:threads", "instance_memory")),
+)
+
+# option -> is it of any use with these settings?
+ACTIVE = {
+    "sample_offset": lambda settings, render: settings.use_sample_subset,
+    "sample_subset_length": lambda settings, render: settings.use_sample_subset,
+    "filter_width": lambda settings, render: settings.pixel_filter_type != "BOX",
+    "threads": lambda settings, render: render.threads_mode == "FIXED",
+}
+
+DECLINED = {
+    "DATA_PT_light",  # DATA_PT_EEVEE_light shows the same and more
+    "DATA_PT_preview",
+    "DATA_PT_curves_surface",
+    "DATA_PT_volume_render",
+    "EEVEE_MATERIAL_PT_viewport_settings",
+    "NODE_DATA_PT_light",
+}
+BORROWED = {
+    "DATA_PT_EEVEE_light",
+    "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_WORLD_PT_surface",
+    "NODE_DATA_PT_EEVEE_light",
+    "VIEWLAYER_PT_filter",
+    "VIEWLAYER_PT_override",
+}
+
+_AWAITED = {option.name for option in OPTIONS if option.awaits}
+_registered: list[type] = []
+
+
+def _draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    settings, render = context.scene.penumbra, context.scene.render
+    layout = self.layout
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    for name in self.options:
+        owner, _, name = name.rpartition(":")
+        if name not in _AWAITED:
+            row = layout.row()
+            row.active = ACTIVE.get(name, lambda *_: True)(settings, render)
+            row.prop(render if owner == "render" else settings, name)
+    if self.options[0] == "samples":
+        layout.operator(PENUMBRA_OT_adopt_cycles.bl_idname)
+
+
+def _poll(cls: type, context: bpy.types.Context) -> bool:
+    return context.engine in cls.COMPAT_ENGINES
+
+
+def _panel(label: str, options: tuple[str, ...]) -> type:
+    """Return the class of one panel in the render tab."""
+    name = f"RENDER_PT_penumbra_{label.lower().replace(' ', '_')}"
+    body = {
+        "bl_label": label,
+        "bl_space_type": "PROPERTIES",
+        "bl_region_type": "WINDOW",
+        "bl_context": "render",
+        "COMPAT_ENGINES": {ENGINE},
+        "options": options,
+        "draw": _draw,
+        "poll": classmethod(_poll),
+    }
+    return type(name, (bpy.types.Panel,), body)
+
+
+class PENUMBRA_OT_adopt_cycles(bpy.types.Operator):
+    """Take over the scene's settings for Cycles."""
+
+    bl_idname = "penumbra.adopt_cycles"
+    bl_label = "Copy from Cycles"
+    bl_description = "Copy the scene's settings for Cycles, except where this engine's are set"
+    bl_options: ClassVar = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Are there settings to read?"""
+        return hasattr(context.scene, "cycles")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Copy, and say how many."""
+        names = adopt_cycles(context.scene)
+        self.report({"INFO"}, f"{len(names)} settings copied from Cycles")
+        return {"FINISHED"}
+
+
+class DATA_PT_penumbra_light(bpy.types.Panel):
+    """What Blender's light panel does not show and we honour."""
+
+    bl_label = "Light Paths"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    COMPAT_ENGINES: ClassVar = {ENGINE}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Is it a light, and our engine?"""
+        return context.engine in cls.COMPAT_ENGINES and context.light is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the settings."""
+        layout, light = self.layout, context.light
+        layout.use_property_split = True
+        if light.type == "AREA":
+            layout.prop(light, "spread")
+        layout.prop(light.penumbra, "max_bounces")
+
+
+def _subclasses(base: type) -> Iterator[type]:
+    for child in base.__subclasses__():
+        yield child
+        yield from _subclasses(child)
+
+
+def _welcome(panel: type) -> bool:
+    """Is a built-in panel of use with our engine?"""
+    engines = getattr(panel, "COMPAT_ENGINES", ())
+    generic = "BLENDER_RENDER" in engines and panel.__name__ not in DECLINED
+    return bool(engines) and (generic or panel.__name__ in BORROWED)
+
+
+def register() -> None:
+    """Register our panels and opt in to Blender's."""
+    panels = [_panel(*row) for row in PANELS]
+    for cls in (PENUMBRA_OT_adopt_cycles, *panels, DATA_PT_penumbra_light):
+        bpy.utils.register_class(cls)
+        _registered.append(cls)
+    for panel in _subclasses(bpy.types.Panel):
+        if _welcome(panel):
+            panel.COMPAT_ENGINES.add(ENGINE)
+
+
+def unregister() -> None:
+    """Remove our panels, and our name from Blender's."""
+    while _registered:
+        bpy.utils.unregister_class(_registered.pop())
+    for panel in _subclasses(bpy.types.Panel):
+        if ENGINE in getattr(panel, "COMPAT_ENGINES", ()):
+            panel.COMPAT_ENGINES.discard(ENGINE)

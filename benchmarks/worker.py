@@ -1,0 +1,119 @@
+"""requests on stdin -> renders.  A process with bpy in it that renders what it is asked to.
+
+One request and one answer are a line of JSON each.  The wall time is that of
+`bpy.ops.render.render`, with export and build; opening the file and reading pixels are outside.
+"""
+
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import bpy
+import numpy as np
+
+from .scenes import build_big_mesh
+
+# What both engines are told, so that nothing but the samples decides about the error.
+COMMON = {"use_adaptive_sampling": False, "use_denoising": False, "time_limit": 0.0}
+COMMON |= {"sample_clamp_direct": 0.0, "sample_clamp_indirect": 0.0, "blur_glossy": 0.0}
+COMMON |= {"pixel_filter_type": "BLACKMAN_HARRIS", "filter_width": 1.5}
+
+
+def open_scene(blend: str | None, percentage: int) -> dict[str, Any]:
+    """Open the file, or make the big mesh; return the picture's size."""
+    if blend is None:
+        build_big_mesh()
+    else:
+        bpy.ops.wm.open_mainfile(filepath=blend)
+    render = bpy.context.scene.render
+    render.resolution_percentage = percentage
+    size = [max(1, v * percentage // 100) for v in (render.resolution_x, render.resolution_y)]
+    return {"size": size}
+
+
+def render_scene(
+    engine: str, settings: dict[str, Any], samples: int, seed: int, threads: int, pixels: str
+) -> dict[str, Any]:
+    """Render; write the pixels (H, W, 3) to the .npy file `pixels`; return what was measured."""
+    scene = bpy.context.scene
+    scene.render.engine = engine
+    scene.render.threads_mode, scene.render.threads = "FIXED", threads
+    scene.render.use_persistent_data = False
+    scene.view_layers[0].use_pass_combined = True
+    options = scene.cycles if engine == "CYCLES" else scene.penumbra
+    for name, value in (COMMON | settings | {"samples": samples, "seed": seed}).items():
+        setattr(options, name, value)
+    if engine == "CYCLES":
+        scene.cycles.device, scene.cycles.use_light_tree = "CPU", True
+        _use_best_pattern(options)
+
+    start = perf_counter()
+    bpy.ops.render.render()
+    seconds = perf_counter() - start
+
+    if pixels:
+        np.save(pixels, _pixels())
+    answer: dict[str, Any] = {"seconds": seconds, "statistics": {}}
+    if engine == "PENUMBRA":
+        from penumbra.addon import report
+
+        answer["statistics"] = report.frames[-1]["statistics"]
+        answer["not_honoured"] = report.frames[-1]["not_honoured"]
+    return answer
+
+
+def _use_best_pattern(options: Any) -> None:
+    """Give Cycles the sampling pattern that it would choose by itself, in any Blender."""
+    try:
+        options.sampling_pattern = "AUTOMATIC"
+    except TypeError:  # Blender 4.2 does not know that name yet
+        options.sampling_pattern = "TABULATED_SOBOL"
+
+
+def _pixels() -> np.ndarray:
+    """Return the render result's colours (H, W, 3), through an EXR of 32 bits."""
+    scene = bpy.context.scene
+    image = scene.render.image_settings
+    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "picture.exr")
+        bpy.data.images["Render Result"].save_render(path, scene=scene)
+        picture = bpy.data.images.load(path)
+        width, height = picture.size
+        flat = np.empty(width * height * picture.channels, np.float32)
+        picture.pixels.foreach_get(flat)
+        bpy.data.images.remove(picture)
+    return flat.reshape(height, width, -1)[..., :3]
+
+
+def version() -> dict[str, Any]:
+    """Return the versions that the numbers depend on."""
+    import penumbra
+
+    penumbra.register()
+    return {"blender": bpy.app.version_string, "penumbra": penumbra.__version__}
+
+
+def main() -> None:
+    """Answer requests until stdin ends."""
+    # Blender prints to stdout: keep the real one for the answers.
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    calls = {"open": open_scene, "render": render_scene, "version": version}
+    for line in sys.stdin:
+        request = json.loads(line)
+        try:
+            answer = calls[request.pop("call")](**request)
+        except Exception as error:  # the parent decides; it gets the reason
+            answer = {"error": f"{type(error).__name__}: {error}"}
+        answers.write(json.dumps(answer) + "\n")
+        answers.flush()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

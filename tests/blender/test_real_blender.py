@@ -1,0 +1,94 @@
+"""zip -> picture, in a Blender with its own Python.  Installs the extension as a user does.
+
+PENUMBRA_BLENDER is the command that starts it (tests/blender/real_blender.sh makes one); the
+zip is the one that `dev.py build` made.
+"""
+
+import os
+import shlex
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from penumbra.tools.environment import ROOT
+
+COMMAND = shlex.split(os.environ.get("PENUMBRA_BLENDER", ""))
+pytestmark = pytest.mark.skipif(not COMMAND, reason="PENUMBRA_BLENDER does not name a Blender")
+PLATFORM = {"linux": "linux-x64", "win32": "windows-x64", "darwin": "macos-arm64"}
+
+
+def make_files(folder):
+    """Save a small Cornell box, whole and broken; called inside the bpy module."""
+    import bpy
+
+    bpy.ops.wm.open_mainfile(filepath=str(ROOT / "examples" / "cornell_box.blend"))
+    scene = bpy.context.scene
+    scene.render.resolution_percentage = 20
+    image = scene.render.image_settings
+    image.file_format, image.color_depth = "OPEN_EXR", "32"
+    bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/box.blend")
+
+    # A camera that is none: the engine has to refuse.
+    scene.camera = scene.objects["Ball"]
+    bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/wrong.blend")
+
+
+def read(path):
+    """Return a picture as an array (H, W, channels)."""
+    import OpenImageIO
+
+    picture = OpenImageIO.ImageBuf(str(path))
+    assert picture.initialized, picture.geterror()
+    return picture.get_pixels(OpenImageIO.FLOAT)
+
+
+@pytest.fixture(scope="module")
+def real(tmp_path_factory):
+    """Return a function that runs the real Blender, with the extension installed and enabled."""
+    home = tmp_path_factory.mktemp("home")
+
+    def run(*arguments):
+        command = [*COMMAND, *map(str, arguments)]
+        environ = {**os.environ, "BLENDER_USER_RESOURCES": str(home)}
+        return subprocess.run(
+            command, cwd=home, env=environ, capture_output=True, text=True, timeout=300
+        )
+
+    (zipped,) = (ROOT / "dist").glob(f"penumbra-*-{PLATFORM[sys.platform]}.zip")
+    copy = home / zipped.name
+    copy.write_bytes(zipped.read_bytes())
+    options = ("--repo", "user_default", "--enable")
+    done = run("--background", "--command", "extension", "install-file", *options, copy)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return run
+
+
+def test_a_real_blender_renders_what_the_module_renders(real, blender, tmp_path):
+    blender(make_files, str(tmp_path))
+    file = tmp_path / "box.blend"
+    done = real("--background", file, "-E", "PENUMBRA", "-o", tmp_path / "real_##", "-f", "1")
+    assert done.returncode == 0, done.stdout + done.stderr
+    there = read(tmp_path / "real_01.exr")
+
+    command = [sys.executable, "-I", "-m", "penumbra.addon.headless", str(file)]
+    subprocess.run([*command, "-o", str(tmp_path / "module.exr")], check=True, timeout=300)
+    here = read(tmp_path / "module.exr")
+
+    # The same samples: all that differs is the last bit of another numpy, which may now and
+    # then send a path elsewhere.
+    assert there.shape == here.shape
+    assert here[..., :3].std() > 0.05
+    assert abs(there.mean() / here.mean() - 1) < 1e-3
+    same = np.abs(there - here) <= 1e-3 * (1 + np.abs(here))
+    assert same.mean() > 0.99
+
+
+def test_a_render_that_fails_in_a_real_blender_does_not_exit_with_0(real, blender, tmp_path):
+    blender(make_files, str(tmp_path))
+    target = tmp_path / "wrong_##"
+    done = real("--background", tmp_path / "wrong.blend", "-E", "PENUMBRA", "-o", target, "-f", "1")
+    assert done.returncode != 0, done.stdout + done.stderr
+    assert "'Ball' is the scene's camera but is not a camera" in done.stdout + done.stderr
+    assert not list(tmp_path.glob("wrong_*"))
