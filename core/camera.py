@@ -23,8 +23,8 @@ class CompiledCamera:
     """Rays start at start_0 + x start_x + y start_y and run along the same of `run`, (3, 1) each.
 
     x, y are raster positions from the lower left corner [pixels]; `near` and `far` [m] are
-    distances along the view axis, far None if the scene does not reach that far; `offsets` is
-    the inverse of the pixel filter's distribution [pixels].
+    distances along the view axis, near 0 if the scene does not come that near, far None if it
+    does not reach that far; `offsets` is the inverse of the pixel filter's distribution [pixels].
     """
 
     start: tuple[Vec, Vec, Vec]
@@ -35,7 +35,7 @@ class CompiledCamera:
     offsets: NDArray[np.float32]
 
     def rays(self, x: Scalar, y: Scalar, u: Scalar, v: Scalar) -> tuple[Vec, Vec, Scalar | None]:
-        """Return origin and unit direction (3, N) and the farthest distance (N,) of rays.
+        """Return origin (3, N) or (3, 1), unit direction (3, N) and reach (N,) or None of rays.
 
         x, y (N,) are the lower left corners of pixels; u, v in [0, 1) place the sample.
         """
@@ -56,8 +56,9 @@ class CompiledCamera:
         direction = self.run[1] * px
         direction += self.run[2] * py
         direction += self.run[0]
-        origin = direction * self.near
-        origin += self.start[0]
+        origin = self.start[0]
+        if self.near > 0:
+            origin = origin + direction * self.near
         if self.far is None:
             return origin, normalize(direction), None
         length = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
@@ -87,7 +88,7 @@ def compile_camera(
         start=_columns(start),
         run=_columns(run),
         is_perspective=camera.projection == "PERSP",
-        near=F32(camera.clip_start),
+        near=F32(camera.clip_start if _comes_near(camera, box) else 0.0),
         far=F32(camera.clip_end) if _reaches(camera, box) else None,
         offsets=_filter_offsets(settings),
     )
@@ -96,6 +97,16 @@ def compile_camera(
 def _columns(vectors: tuple[NDArray[np.float64], ...]) -> tuple[Vec, Vec, Vec]:
     a, b, c = (vector.astype(F32)[:, None] for vector in vectors)
     return a, b, c
+
+
+def _comes_near(camera: Camera, box: NDArray[np.float64] | None) -> bool:
+    # Can anything lie between the eye and the near clipping plane, along the longest ray?
+    if box is None or camera.projection != "PERSP":
+        return True
+    eye = camera.to_world[:, 3]
+    distance = np.linalg.norm(eye - np.clip(eye, box[0], box[1]))
+    longest = np.linalg.norm([np.abs(camera.window[:2]).max(), np.abs(camera.window[2:]).max(), 1])
+    return bool(distance <= 1.01 * camera.clip_start * longest)
 
 
 def _reaches(camera: Camera, box: NDArray[np.float64] | None) -> bool:

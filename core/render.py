@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import F32
+from .arrays import F32, Scalar
 from .film.film import Film, new_film
 from .plan import Plan
 from .sampling.dimensions import PIXEL
@@ -83,11 +83,20 @@ class Progress:
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
-    """Pixels first..first+count of the rectangle, for the samples of `numbers`."""
+class Block:
+    """Neighbouring pixels, first.. of the rectangle: their keys and raster positions (n,)."""
 
     first: int
-    count: int
+    key: NDArray[np.uint32]
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """The pixels of a block, for the samples of `numbers`."""
+
+    block: Block
     numbers: Numbers
 
 
@@ -108,8 +117,8 @@ def render(
     workers = threads or os.cpu_count() or 1
     total = Tally()
     stop = threading.Event()
-    queue: deque[tuple[Batch, Future[tuple[NDArray[np.float64], int, Tally]]]] = deque()
-    batches = _batches(plan, pixels)
+    queue: deque[tuple[Batch, Future[tuple[NDArray[np.float32], int, Tally]]]] = deque()
+    batches = _batches(plan)
     timed_out = False
     with ThreadPoolExecutor(workers, thread_name_prefix="penumbra") as pool:
         try:
@@ -130,7 +139,7 @@ def render(
                 while queue and queue[0][1].done():
                     batch, future = queue.popleft()
                     sums, samples, tally = future.result()
-                    film.add(batch.first, sums, samples)
+                    film.add(batch.block.first, sums, samples)
                     total.add(tally)
 
                 seconds = perf_counter() - start
@@ -162,19 +171,30 @@ def _rays(tally: Tally) -> int:
     )
 
 
-def _batches(plan: Plan, pixels: int) -> Iterator[Batch]:
+def _blocks(plan: Plan) -> list[Block]:
+    x0, y0, x1, y1 = plan.rectangle
+    row, column = np.divmod(np.arange((x1 - x0) * (y1 - y0)), x1 - x0)
+    row += y0
+    column += x0
+    key = pixel_keys(plan.seed, row * plan.frame_width + column)
+    x, y = column.astype(F32), row.astype(F32)
+    parts = (slice(low, low + BATCH) for low in range(0, key.size, BATCH))
+    return [Block(part.start, key[part], x[part], y[part]) for part in parts]
+
+
+def _batches(plan: Plan) -> Iterator[Batch]:
     """Yield all batches; the first rounds are short, so that there is soon something to see."""
+    blocks = _blocks(plan)
     first, end = plan.samples
     sequences = _sequences(plan.frame_width * plan.frame_height)  # a border changes no pixel
-    step = 1 if pixels >= BATCH else CHUNK
+    step = 1 if len(blocks) > 1 else CHUNK
     while first < end:
-        # Chunks stay aligned to their own size: whole blocks of the sequence.
         count = min(step, end - first)
         numbers = Numbers(
             plan.pattern, plan.seed, first, count, plan.total_samples, sequences, {}
         )
-        for low in range(0, pixels, BATCH):
-            yield Batch(low, min(BATCH, pixels - low), numbers)
+        for block in blocks:
+            yield Batch(block, numbers)
         first += count
         if first >= 2 * step:
             step = min(2 * step, CHUNK)
@@ -187,35 +207,32 @@ def _sequences(pixels: int) -> int:
 
 def _sample(
     plan: Plan, batch: Batch, stop: threading.Event
-) -> tuple[NDArray[np.float64], int, Tally]:
-    """Return the sums (C, pixels) of a batch, the samples in them, and what they took."""
+) -> tuple[NDArray[np.float32], int, Tally]:
+    """Return the sums (C, pixels) of a batch, the samples in them, and what they took.
+
+    Sums of so few samples may be float32; the film's are float64.
+    """
     tally = Tally()
     tally.start()
-    x0, y0, x1, _ = plan.rectangle
-    pixel = np.arange(batch.first, batch.first + batch.count)
-    column, row = pixel % (x1 - x0) + x0, pixel // (x1 - x0) + y0
-    key = pixel_keys(plan.seed, row * plan.frame_width + column)
-    x, y = column.astype(F32), row.astype(F32)
-    sums = np.zeros((3 + plan.film_transparent, batch.count))
+    block, numbers = batch.block, batch.numbers
+    pixels = block.key.size
+    sums = np.zeros((3 + plan.film_transparent, pixels), F32)
 
     # Small pictures take several samples at once: a wave is about BATCH slots.
-    together = max(1, min(batch.numbers.count, BATCH // batch.count))
+    together = max(1, min(numbers.count, BATCH // pixels))
     done = 0
-    for first in range(0, batch.numbers.count, together):
+    for first in range(0, numbers.count, together):
         if stop.is_set():
             break
-        samples = min(together, batch.numbers.count - first)
-        draws = _draws(batch, key, first, samples)
+        samples = min(together, numbers.count - first)
+        draws, x, y = _draws(numbers, block, first, samples)
         u, v = draws.pair(PIXEL, None)
-        origin, direction, far = plan.camera.rays(
-            x if samples == 1 else np.tile(x, samples),
-            y if samples == 1 else np.tile(y, samples), u, v,
-        )
+        origin, direction, far = plan.camera.rays(x, y, u, v)
         tally.rays_camera += u.size
         tally.samples += u.size
         tally.lap("camera")
         radiance, alpha = trace(plan, Rays(origin, direction, far), draws, tally)
-        sums[:3] += radiance.reshape(3, samples, -1).sum(axis=1) if samples > 1 else radiance
+        sums[:3] += radiance if samples == 1 else radiance.reshape(3, samples, -1).sum(axis=1)
         if alpha is not None:
             sums[3] += alpha.reshape(samples, -1).sum(axis=0)
         tally.lap("film")
@@ -223,8 +240,12 @@ def _sample(
     return sums, done, tally
 
 
-def _draws(batch: Batch, key: NDArray[np.uint32], first: int, samples: int) -> Draws:
+def _draws(
+    numbers: Numbers, block: Block, first: int, samples: int
+) -> tuple[Draws, Scalar, Scalar]:
+    """Return the draws and raster positions of `samples` samples of each pixel, by sample."""
     if samples == 1:
-        return Draws(batch.numbers, key, first)
-    rows = np.repeat(np.arange(first, first + samples, dtype=np.int32), key.size)
-    return Draws(batch.numbers, np.tile(key, samples), rows)
+        return Draws(numbers, block.key, first), block.x, block.y
+    rows = np.repeat(np.arange(first, first + samples, dtype=np.int32), block.key.size)
+    x, y = np.tile(block.x, samples), np.tile(block.y, samples)
+    return Draws(numbers, np.tile(block.key, samples), rows), x, y

@@ -24,7 +24,7 @@ class Film:
     sums: NDArray[np.float64]
     counts: NDArray[np.int64]
 
-    def add(self, first: int, sums: NDArray[np.float64], samples: int) -> None:
+    def add(self, first: int, sums: NDArray[np.float32], samples: int) -> None:
         """Add what `samples` samples gave for the pixels from `first` on; sums is (C, n)."""
         pixels = slice(first, first + sums.shape[1])
         self.sums[:, pixels] += sums

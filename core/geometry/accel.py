@@ -50,6 +50,7 @@ class Part:
 
     def closest(self, origin: Vec, direction: Vec, far: Scalar | None) -> Hits:
         """Return the closest hits of rays (3, N) up to `far` (N,), which is overwritten."""
+        origin = np.broadcast_to(origin, direction.shape)
         found = self.scene.run(origin.T, direction.T, dists=far, output=1)
         triangle = found["primID"]
         if len(self.first) > 1:
@@ -59,7 +60,7 @@ class Part:
         return Hits(found["tfar"], triangle, found["u"], found["v"])
 
     def free(self, origin: Vec, direction: Vec, far: Scalar) -> NDArray[np.int32]:
-        """Return -1 for each ray that meets nothing before `far`, else 0."""
+        """Return -1 for each ray that meets nothing before `far`, else 0; a far < 0 is met."""
         return self.scene.run(origin.T, direction.T, dists=far, query="OCCLUDED")
 
 
@@ -86,15 +87,14 @@ class Accel:
                 self._trace_again(origin, direction, far, again, hits, tally)
         return hits
 
-    def free(self, origin: Vec, direction: Vec, far: Scalar, tally: Tally) -> Index:
-        """Return the indices of the rays that nothing blocks before `far` (N,) x direction."""
+    def free(self, origin: Vec, direction: Vec, far: Scalar, tally: Tally) -> Scalar:
+        """Return 1 for each ray that meets nothing before `far` (N,) x direction, else 0."""
         start = perf_counter()
         free = self.parts[0].free(origin, direction, far)
         for part in self.parts[1:]:
             free &= part.free(origin, direction, far)  # -1 has all bits set, 0 none
         tally.embree += perf_counter() - start
-        tally.rays_shadow += far.size
-        return np.flatnonzero(free)
+        return np.negative(free, out=free).astype(F32)
 
     def _closest(self, origin: Vec, direction: Vec, far: Scalar | None) -> Hits:
         hits = self.parts[0].closest(origin, direction, None if far is None else far.copy())

@@ -2,9 +2,10 @@
 
 embreex answers queries without the interpreter lock, but it uploads triangle by triangle through
 Python (0.4 us each) and builds under the lock.  The library that its wheel carries shares our
-arrays instead and builds on all cores while Python goes on.  The scene stays embreex's own: its handle is read from the object, whose published layout (rtcore_scene.pxd)
-is verified first.  Where any of this fails, `open_library` or `handle` return None and `accel`
-uploads through embreex.
+arrays instead and builds on all cores while Python goes on.  The scene stays embreex's own: its
+handle is read from the object, whose published layout (rtcore_scene.pxd) is verified first.
+Where any of this fails, `open_library` or `handle` return None and `accel` uploads through
+embreex.
 """
 
 import ctypes
@@ -48,22 +49,32 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 @lru_cache(maxsize=1)
 def open_library(package: str) -> ctypes.CDLL | None:
-    """Return the Embree library of the wheel whose Python package is the folder `package`."""
+    """Return the Embree library that embreex, whose package is the folder `package`, runs on.
+
+    Where Blender links Embree itself, the loader gives embreex that library and not the wheel's:
+    symbols of the program come first on Linux, a loaded DLL of the same name on Windows.  Handles
+    of one library hang in the other, so the loader is asked in the same way.
+    """
     folder = Path(package)
     patterns = {
         "win32": ((folder.parent / "embreex.libs", "embree4*.dll"), (folder, "embree4*.dll")),
         "darwin": ((folder / ".dylibs", "libembree4*.dylib"),),
     }.get(sys.platform, ((folder.parent / "embreex.libs", "libembree4*.so*"),))
-    for place, pattern in patterns:
-        for path in sorted(place.glob(pattern)):
-            try:
-                library = ctypes.CDLL(str(path))
-                for name, (result, arguments) in _SIGNATURES.items():
-                    function = getattr(library, name)
-                    function.restype, function.argtypes = result, arguments
-            except (OSError, AttributeError):
-                continue
-            return library
+    paths = [path for place, pattern in patterns for path in sorted(place.glob(pattern))]
+    names: list[str | None] = [str(path) for path in paths]
+    if sys.platform == "linux":
+        names.insert(0, None)
+    if sys.platform == "win32":
+        names = [path.name for path in paths]
+    for name in names:
+        try:
+            library = ctypes.CDLL(name)
+            for symbol, (result, arguments) in _SIGNATURES.items():
+                function = getattr(library, symbol)
+                function.restype, function.argtypes = result, arguments
+        except (OSError, AttributeError):
+            continue
+        return library
     return None
 
 

@@ -75,11 +75,16 @@ class Points:
 def resolve(
     triangles: Triangles, origin: Vec, direction: Vec, hits: Hits, found: Index | None
 ) -> Points:
-    """Return the points at which rays (3, N) met triangles; `found` are the rays that did."""
+    """Return the points at which rays met triangles; `found` are the rays that did.
+
+    origin (3, N), or (3, 1) if all rays start at one point; direction (3, N).
+    """
     triangle, t = hits.triangle, hits.t
     if found is not None:
         triangle, t = triangle.take(found), t.take(found)
-        origin, direction = origin.take(found, axis=1), direction.take(found, axis=1)
+        direction = direction.take(found, axis=1)
+        if origin.shape[1] > 1:
+            origin = origin.take(found, axis=1)
 
     # One row of the table is one cache line; columns are what arithmetic wants.
     columns = triangles.columns(triangle)

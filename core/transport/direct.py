@@ -25,6 +25,9 @@ from .state import Paths
 # Shadow rays end a little before the lamp, by the rounding of their direction.
 NEARLY = F32(1.0 - 2.0**-16)
 
+# Below this share of points that get light, the others are left out of the query.
+WORTH_COMPACTING = 0.75
+
 # Up to so many lamps each get their own shadow rays; of more, one is chosen.
 LAMPS_SAMPLED_EACH = 8
 
@@ -144,16 +147,18 @@ def _visible(
     lit = np.flatnonzero(arriving > 0)
     if not lit.size:
         return None
-    if lit.size < arriving.size:
+    reach = FAR if lamp.kind.DISTANT else NEARLY
+    if lit.size > WORTH_COMPACTING * arriving.size:
+        # Nearly all: cheaper to ask for all, those without light with a reach below zero.
+        far = np.where(arriving > 0, reach, F32(-1))
+        visible = plan.accel.free(start, to_light, far, tally)
+    else:
         start, to_light = start.take(lit, axis=1), to_light.take(lit, axis=1)
-    far = np.full(lit.size, FAR if lamp.kind.DISTANT else NEARLY, F32)
-    free = plan.accel.free(start, to_light, far, tally)
-    seen = free if lit.size == arriving.size else lit.take(free)
-    if seen.size == arriving.size:
-        return scattered
-    visible = np.zeros(arriving.size, F32)
-    visible[seen] = 1
-    return scattered * visible
+        visible = np.zeros(arriving.size, F32)
+        visible[lit] = plan.accel.free(start, to_light, np.full(lit.size, reach, F32), tally)
+    tally.rays_shadow += lit.size
+    scattered *= visible
+    return scattered
 
 
 def _evaluate(to: Receiver, to_light: Vec, gain: Scalar) -> tuple[Scalar | Vec, Scalar]:

@@ -62,8 +62,9 @@ def add_lamps(
     # Distant lamps are only met by rays that leave the scene: those reach to infinity.
     reach = hits.t.take(index)
     reach[np.flatnonzero(hits.triangle.take(index) < 0)] = np.inf
+    origins = np.broadcast_to(rays.origin, rays.direction.shape)
     light = meet(
-        plan.lights, rays.origin.take(index, axis=1), rays.direction.take(index, axis=1),
+        plan.lights, origins.take(index, axis=1), rays.direction.take(index, axis=1),
         reach, kinds,
     )
     lit = np.flatnonzero(light.any(axis=0))

@@ -15,7 +15,7 @@ from ..arrays import Ids, Index, Scalar, Vec
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """What Embree is asked: origin, direction (3, N), unit directions.
+    """What Embree is asked: origin (3, N), or (3, 1) for all rays, and unit direction (3, N).
 
     far (N,) [m] or None; left (N,) int32, the triangles the rays come from, or None.
     """

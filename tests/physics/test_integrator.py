@@ -1,9 +1,9 @@
-"""render -> light: furnaces, analytic values, images in mirrors and glass, limits and clamps."""
+"""render -> light: furnaces, bounce limits, clamps, alpha, sample subsets."""
 
 import numpy as np
 import pytest
 
-from penumbra.core import RayKinds, SceneError
+from penumbra.core import SceneError
 from tests.support import scenes as s
 from tests.support.statistics import assert_same_mean
 
@@ -13,16 +13,8 @@ DEEP = {
     "glossy_bounces": 200,
     "transmission_bounces": 200,
 }
-DIRECT = {"max_bounces": 0, "samples": 1, "pattern": "REGULAR"}  # rays through pixel centres
-UNSEEN = RayKinds(False, False, False, False)
 FLAT_SPHERE = s.sphere(levels=2, smooth=False)
 GROUND = s.quad((50, 0, 0), (0, 50, 0))
-
-
-def centres(size, scale):
-    """World x, y (size, size) of the pixel centres of `orthographic` pictures from above."""
-    middle = ((np.arange(size) + 0.5) / size - 0.5) * scale
-    return np.meshgrid(middle, middle)
 
 
 # --- Furnaces -----------------------------------------------------------------------------------
@@ -106,232 +98,6 @@ def test_a_camera_inside_glass_sees_a_white_world(splitting):
     assert_same_mean(s.means(view, *things, splitting=splitting, **DEEP), 1.0)
 
 
-# --- Lamps over a plane -------------------------------------------------------------------------
-
-
-def test_a_point_lamp_lights_a_plane_by_the_inverse_square():
-    height, intensity, albedo = 2.0, 7.0, 0.6
-    things = s.put(GROUND, s.diffuse(albedo)), s.point((0.3, -0.2, height), intensity)
-    image = s.pixels(s.orthographic((0, 0, 5), size=8, scale=6), *things, **DIRECT)
-    x, y = centres(8, 6)
-    squared = (x - 0.3) ** 2 + (y + 0.2) ** 2 + height**2
-    np.testing.assert_allclose(
-        image[..., 1], albedo / np.pi * intensity * height / squared**1.5, rtol=2e-4
-    )
-
-
-def test_the_sun_lights_a_plane_by_the_cosine():
-    towards = np.array([1.0, 0.5, 2.0])
-    things = s.put(GROUND, s.diffuse(0.6)), s.sun(towards, (3.0, 2.0, 1.0))
-    image = s.pixels(s.orthographic((0, 0, 5), scale=6), *things, **DIRECT)
-    cosine = 2 / np.linalg.norm(towards)
-    expected = np.array([3, 2, 1]) * 0.6 / np.pi * cosine
-    np.testing.assert_allclose(image[..., :3], np.broadcast_to(expected, (8, 8, 3)), 2e-5)
-
-
-def test_a_spot_lights_its_cone_with_a_smooth_rim_and_nothing_else():
-    height, cone, blend = 2.0, np.radians(60), 0.5
-    things = (
-        s.put(GROUND, s.diffuse()),
-        s.spot((0, 0, height), intensity=5.0, spot_angle=cone, spot_blend=blend),
-    )
-    image = s.pixels(s.orthographic((0, 0, 5), size=16, scale=4), *things, **DIRECT)[..., 1]
-    x, y = centres(16, 4)
-    distance = np.sqrt(x * x + y * y + height**2)
-    cosine = height / distance
-    step = np.clip((cosine - np.cos(cone / 2)) / ((1 - np.cos(cone / 2)) * blend), 0, 1)
-    expected = 5 / np.pi * cosine / distance**2 * step * step * (3 - 2 * step)
-    np.testing.assert_allclose(image, expected, rtol=1e-4, atol=1e-4)
-    assert (image[expected == 0] == 0).all()
-    assert (expected == 0).sum() > 50
-
-
-def test_an_occluder_throws_a_hard_shadow_where_geometry_says():
-    things = (
-        s.put(GROUND, s.diffuse()),
-        s.put(s.quad((0.5, 0, 0), (0, 0.5, 0), (0, 0, 1)), s.diffuse()),
-        s.point((0, 0, 2), 5.0),
-    )
-    view = s.orthographic((0, 0, 0.5), size=20, scale=4)  # below the occluder
-    image = s.pixels(view, *things, **DIRECT)[..., 1]
-    x, y = centres(20, 4)
-    shadow = np.maximum(np.abs(x), np.abs(y)) < 1
-    assert (image[shadow] == 0).all()
-    assert (image[~shadow] > 0).all()
-
-
-def test_lamps_do_not_light_the_side_that_is_turned_away():
-    things = s.put(GROUND, s.diffuse()), s.sun((0, 0, 1)), s.point((0, 0, 1)), s.spot((0, 0, 1))
-    below = s.pixels(s.orthographic((0, 0, -5), size=4), *things, **DIRECT)
-    assert (below[..., :3] == 0).all()
-    assert (below[..., 3] == 1).all()
-
-
-def test_soft_shadows_of_an_area_lamp_agree_with_its_integral():
-    # Half of the square lamp hides behind an edge that stands below its middle.
-    lamp = s.area((0, 0, 2), radiance=3.0, size=(0.2, 0.2))
-    wall = s.quad((5, 0, 0), (0, 5, 0), (5, 0, 1))
-    view = s.orthographic((0, 0, 0.5), size=1, scale=1e-3)
-    things = s.put(GROUND, s.diffuse()), s.put(wall, s.diffuse()), lamp
-    half = s.means(view, *things, samples=64, max_bounces=0)
-    whole = s.means(view, things[0], lamp, samples=64, max_bounces=0)
-    assert_same_mean(half, whole.mean() / 2)
-
-
-@pytest.mark.parametrize("light_samples", (1, 3, 4))
-@pytest.mark.parametrize("pattern", ("SOBOL", "POISSON", "JITTERED", "RANDOM", "REGULAR"))
-def test_patterns_and_light_samples_agree_in_the_mean(pattern, light_samples):
-    things = (
-        s.put(GROUND, s.diffuse(0.7)),
-        s.put(s.box(0.3), s.diffuse(0.7), to_world=s.affine(1.0, (0, 0, 0.5))),
-        s.area((0.5, 0, 2), radiance=4.0),
-        s.point((-1, 0, 1), 1.0, radius=0.3),
-    )
-    view = s.camera((0, -3, 2), (0, 0, 0.3), size=6)
-    options = {"samples": 16, "max_bounces": 1}
-    one = s.means(view, *things, pattern=pattern, light_samples=light_samples, **options)
-    expected = s.means(view, *things, pattern="RANDOM", count=16, **{**options, "samples": 64})
-    # A regular grid always looks through the same points of a pixel.
-    bias = 0.01 if pattern == "REGULAR" else 1e-6
-    assert_same_mean(one, expected, tests=15, bias=bias)
-
-
-@pytest.mark.parametrize("lamps", (3, 20))
-def test_many_lamps_shine_as_much_as_their_sum(lamps):
-    # Few lamps each get their shadow rays, of many one is chosen.
-    spread = np.linspace(-1, 1, lamps)
-    things = [s.point((x, x * x, 1 + x), 1 + x, radius=0.1 * (1 + x)) for x in spread]
-    view = s.orthographic((0, 0, 5), size=4, scale=3)
-    ground = s.put(GROUND, s.diffuse(0.5))
-    expected = sum(s.means(view, ground, lamp, count=4, samples=256).mean() for lamp in things)
-    assert_same_mean(s.means(view, ground, *things, samples=64), expected, bias=1e-4)
-
-
-# --- Images in mirrors and through glass --------------------------------------------------------
-
-
-def colours(flip):
-    """Three glowing squares over the ground, or where a mirror on the ground shows them."""
-    sign = -1 if flip else 1
-    places = ((-0.6, 0.5, 0.9), (0.1, 0.2, 1.2), (0.7, 0.9, 0.7))
-    return [
-        s.put(
-            s.quad((0.3, 0, 0), (0, 0, 0.3), (x, y, sign * z)),
-            s.emission(np.eye(3)[number] + 0.2),
-        )
-        for number, (x, y, z) in enumerate(places)
-    ]
-
-
-def test_a_mirror_shows_the_mirrored_scene():
-    view = s.camera((0, -2, 1.2), (0, 0.5, -0.6), size=24)
-    floor = s.put(s.quad((4, 0, 0), (0, 4, 0)), s.mirror((0.5, 0.8, 1.0)))
-    image = s.pixels(view, floor, *colours(False))[..., :3]
-    mirrored = s.pixels(view, *colours(True))[..., :3] * np.float32([0.5, 0.8, 1.0])
-    # Rays next to an edge may fall to its other side.
-    same = np.isclose(image, mirrored, rtol=1e-4, atol=1e-6).all(axis=2)
-    assert same.mean() > 0.99
-    assert mirrored.max() > 0.5
-    assert np.unique(np.argmax(mirrored[mirrored.max(axis=2) > 0.5], axis=1)).size == 3
-
-
-def test_a_slab_of_glass_shifts_what_stands_behind_it_by_snell():
-    # A glowing edge at x = 0, seen at an angle: shifted by d sin(angle - inside) / cos(inside).
-    angle, thickness, ior = np.radians(50), 0.5, 1.5
-    inside = np.arcsin(np.sin(angle) / ior)
-    slab = s.put(s.box(), s.glass(ior), to_world=s.affine((9, 9, thickness / 2)))
-    glow = s.put(s.quad((5, 0, 0), (0, 5, 0), (5, 0, -1)), s.emission())
-    eye = np.array([8 * np.sin(angle), 0, 8 * np.cos(angle) - 1])
-    view = s.orthographic(eye, (0, 0, -1), size=400, scale=2, border=(200, 0, 201, 400))
-    edges = []
-    for things in ((glow,), (glow, slab)):
-        image = s.pixels(view, *things, max_bounces=4, samples=1, pattern="REGULAR")
-        edges.append((image[:, 0, 1] > 0.3).sum())
-    shift = thickness * np.sin(angle - inside) / np.cos(inside)
-    assert shift > 0.1
-    assert abs(abs(edges[1] - edges[0]) * 2 / 400 - shift) <= 2 / 400
-
-
-def test_a_viewer_under_water_sees_the_sky_only_within_snells_window():
-    # One surface, its outside up; the camera below looks out at a glowing sky.
-    water = s.put(s.quad((500, 0, 0), (0, 500, 0)), s.glass(1.33))
-    sky = s.put(s.quad((9e3, 0, 0), (0, 9e3, 0), (0, 0, 5)), s.emission())
-    view = s.camera((0, 0, -1), (0, 0, 0), size=32, fov=140)
-    image = s.pixels(view, water, sky, max_bounces=4, samples=1, pattern="REGULAR")[..., 1]
-    x, y = centres(32, 2 * np.tan(np.radians(70)))
-    cosine = 1 / np.sqrt(1 + x * x + y * y)
-    sine = 1.33 * np.sqrt(1 - cosine**2)
-    beyond = np.sqrt(np.maximum(1 - sine**2, 0))
-    perpendicular = (1.33 * cosine - beyond) / (1.33 * cosine + beyond)
-    parallel = (cosine - 1.33 * beyond) / (cosine + 1.33 * beyond)
-    expected = np.where(sine < 1, 1 - (perpendicular**2 + parallel**2) / 2, 0)
-    assert (image[expected == 0] == 0).all()
-    assert (expected == 0).sum() > 100
-    assert (expected > 0.9).sum() > 50
-    clear = np.abs(sine - 1) > 0.02
-    np.testing.assert_allclose(image[clear], expected[clear], atol=1e-3)
-
-
-MEETING = {
-    "camera": (),
-    "glossy": (s.put(s.quad((4, 0, 0), (0, 4, 0)), s.mirror()),),
-    "transmission": (s.put(s.quad((4, 0, 0), (0, 4, 0)), s.refraction(1.0)),),
-}
-
-
-@pytest.mark.parametrize("hidden", (None, "camera", "glossy", "transmission"))
-@pytest.mark.parametrize("way", MEETING)
-@pytest.mark.parametrize("kind", ("point", "sun", "area"))
-def test_lamps_are_seen_by_the_kinds_of_ray_they_allow(way, hidden, kind):
-    seen_by = RayKinds(**({hidden: False} if hidden else {}))
-    up = 1 if way == "glossy" else -1
-    lamp = {
-        "point": s.point((0, 0, up), 4.0, radius=0.4, seen_by=seen_by, soft_falloff=False),
-        "sun": s.sun((0, 0, up), 4.0, angle=0.4, seen_by=seen_by),
-        "area": s.area((0, 0, up), (0, 0, 0), 4.0, (0.5, 0.5), seen_by=seen_by),
-    }[kind]
-    radiance = {"point": 4 / (np.pi * 0.16), "sun": 4 / (np.pi * np.sin(0.2) ** 2), "area": 4.0}
-    view = s.camera((0, 0, 0.5), (0, 0, 0), size=4, fov=10)
-    image = s.pixels(view, lamp, *MEETING[way])[..., 1]
-    expected = 0 if hidden == way else radiance[kind]
-    np.testing.assert_allclose(image, expected, rtol=1e-4)
-
-
-@pytest.mark.parametrize("lamps", (1, 20))
-def test_lamps_that_matte_surfaces_do_not_see_do_not_light_them(lamps):
-    # Few lamps each get their shadow rays, of many one is chosen.
-    lamp = s.point((0, 0, 1), 5.0, seen_by=RayKinds(camera=False, diffuse=False))
-    image = s.pixels(s.orthographic((0, 0, 3)), s.put(GROUND, s.diffuse()), *[lamp] * lamps)
-    assert image[..., :3].max() == 0
-
-
-def test_lamps_do_not_light_paths_beyond_their_own_bounce_limit():
-    floor = s.put(GROUND, s.diffuse(0.5))
-    roof = s.put(s.quad((50, 0, 0), (0, 50, 0), (0, 0, 2)), s.diffuse(0.5))
-    view = s.camera((0, 0, 1), (0, 0.1, 0))
-    results = [
-        s.pixels(view, floor, roof, s.point((0, 0, 1.5), 5.0, max_bounces=limit), max_bounces=total)
-        for limit, total in ((0, 3), (1024, 0))
-    ]
-    np.testing.assert_allclose(*results, rtol=1e-5)
-
-
-@pytest.mark.parametrize("hidden", (None, "camera", "diffuse", "glossy", "transmission"))
-def test_the_world_is_seen_by_the_kinds_of_ray_it_allows(hidden):
-    seen_by = RayKinds(**({hidden: False} if hidden else {}))
-    sky = s.World("World", s.world().surface, seen_by=seen_by)
-    view = s.orthographic((0, 0, 5), size=4, scale=1.0)
-    surfaces = {
-        "camera": (),
-        "diffuse": (s.put(GROUND, s.diffuse()),),
-        "glossy": (s.put(GROUND, s.mirror()),),
-        "transmission": (s.put(GROUND, s.refraction(1.0)),),
-    }
-    for way, things in surfaces.items():
-        image = s.pixels(view, *things, sky)[..., 1]
-        np.testing.assert_allclose(image, 0 if way == hidden else 1, rtol=1e-5, err_msg=way)
-
-
 # --- Bounce limits ------------------------------------------------------------------------------
 
 
@@ -340,7 +106,7 @@ def test_without_bounces_there_is_direct_light_only():
     lamp = s.point((0.2, 0.1, 0.3), 1.0)
     view = s.camera((0, 0, 0), (0, 0, -1), fov=60, size=8)
     image = s.pixels(view, walls, lamp, max_bounces=0, samples=1, pattern="REGULAR")[..., 1]
-    x, y = centres(8, 2 * np.tan(np.radians(30)))
+    x, y = s.centres(8, 2 * np.tan(np.radians(30)))
     squared = (x - 0.2) ** 2 + (y - 0.1) ** 2 + 1.3**2
     expected = 0.5 / np.pi * 1.3 / squared**1.5
     np.testing.assert_allclose(image, expected, rtol=2e-4)

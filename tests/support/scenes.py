@@ -107,6 +107,12 @@ def orthographic(eye, target=(0.0, 0.0, 0.0), size=8, scale=1.0, **more):
     )
 
 
+def centres(size, scale):
+    """World x, y (size, size) of the pixel centres of `orthographic` pictures from above."""
+    middle = ((np.arange(size) + 0.5) / size - 0.5) * scale
+    return np.meshgrid(middle, middle)
+
+
 # --- Shapes -------------------------------------------------------------------------------------
 
 
