@@ -112,7 +112,7 @@ def _draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
 
 
 def _poll(cls: type, context: bpy.types.Context) -> bool:
-    return context.engine in cls.COMPAT_ENGINES
+    return context.engine == ENGINE
 
 
 def _panel(label: str, options: tuple[str, ...]) -> type:
@@ -123,7 +123,7 @@ def _panel(label: str, options: tuple[str, ...]) -> type:
         "bl_space_type": "PROPERTIES",
         "bl_region_type": "WINDOW",
         "bl_context": "render",
-        "COMPAT_ENGINES": {ENGINE},
+        "bl_order": -1,
         "options": options,
         "draw": _draw,
         "poll": classmethod(_poll),
@@ -158,12 +158,11 @@ class DATA_PT_penumbra_light(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "data"
-    COMPAT_ENGINES: ClassVar = {ENGINE}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Is it a light, and our engine?"""
-        return context.engine in cls.COMPAT_ENGINES and context.light is not None
+        return context.engine == ENGINE and context.light is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the settings."""

@@ -119,7 +119,7 @@ def _reaches(camera: Camera, box: NDArray[np.float64] | None) -> bool:
 
 
 def _filter_offsets(settings: Settings) -> NDArray[np.float32]:
-    # Blender's widths: a Gaussian is cut at 1.5 widths, Blackman-Harris spans 2 widths, Box is one pixel.
+    # Blender's widths: Gaussian is cut at 1.5 widths, Blackman-Harris spans 2, Box is one pixel.
     width = settings.filter_width
     kind = settings.pixel_filter_type
     reach = {"BOX": 0.5, "GAUSSIAN": 1.5 * width, "BLACKMAN_HARRIS": width}[kind]

@@ -10,7 +10,7 @@ from time import perf_counter
 import numpy as np
 
 from .arrays import F32, Vec
-from .bsdf import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
+from .bsdf import CAMERA, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
 from .geometry.accel import Accel, compile_accel
 from .geometry.mesh import Triangles, bounds, compile_triangles
@@ -18,7 +18,7 @@ from .lights import Lights, compile_lights, ray_mask
 from .sampling.patterns import PATTERNS
 from .scene import Cancelled, Material, Note, Scene, SceneError
 from .settings import OPTIONS, Settings
-from .shading import SurfaceTable, compile_emission, compile_surface, compile_table
+from .shading import Surface, SurfaceTable, compile_emission, compile_surface, compile_table
 from .statistics import Preparation
 
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
@@ -58,6 +58,7 @@ class Plan:
     surfaces: SurfaceTable
     lights: Lights | None
     world: Vec | None  # (3, 1) radiance
+    world_seen_by: int  # ray kinds on which the world shines
     lamps_seen_by: int  # ray kinds that lamps let see them
     kinds_that_meet_light: int  # ray kinds that can run into light of any sort
 
@@ -125,8 +126,10 @@ def compile_plan(
     world = np.array(radiance, F32)[:, None] if max(radiance) > 0 else None
     lamps_seen_by = _lamps_seen_by(scene, lights, surfaces)
     meets = lamps_seen_by
-    if world is not None or surfaces.emission is not None:
-        meets = CAMERA | DIFFUSE | GLOSSY | TRANSMISSION
+    world_seen_by = 0 if scene.world is None or world is None else ray_mask(scene.world.seen_by)
+    meets |= world_seen_by
+    if surfaces.emission is not None:
+        meets = EVERY_KIND
 
     notes += _settings_notes(settings, surfaces)
     max_bounces, kind_limits = _bounce_limits(settings, surfaces)
@@ -160,6 +163,7 @@ def compile_plan(
         surfaces=surfaces,
         lights=lights,
         world=world,
+        world_seen_by=world_seen_by,
         lamps_seen_by=lamps_seen_by,
         kinds_that_meet_light=meets,
         notes=tuple(dict.fromkeys(notes)),
@@ -175,7 +179,7 @@ def _hits_expected(scene: Scene, settings: Settings) -> float:
 
 def _compile_surfaces(scene: Scene, notes: list[Note]) -> tuple[dict[int, int], SurfaceTable]:
     numbers: dict[int, int] = {}
-    surfaces = []
+    surfaces: list[Surface] = []
     for instance in scene.instances:
         for material in instance.materials or (None,):
             if id(material) not in numbers:

@@ -146,7 +146,11 @@ def render(
                 timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
                 done = total.samples / max(pixels, 1)
                 progress = Progress(
-                    done, plan.samples[1] - plan.samples[0], seconds, _rays(total), film,
+                    done,
+                    plan.samples[1] - plan.samples[0],
+                    seconds,
+                    _rays(total),
+                    film,
                     plan.exposure,
                 )
                 if timed_out or (on_tick is not None and on_tick(progress)):
@@ -166,8 +170,11 @@ def render(
 
 def _rays(tally: Tally) -> int:
     return (
-        tally.rays_camera + tally.rays_shadow + tally.rays_reflection
-        + tally.rays_transmission + tally.rays_diffuse
+        tally.rays_camera
+        + tally.rays_shadow
+        + tally.rays_reflection
+        + tally.rays_transmission
+        + tally.rays_diffuse
     )
 
 
@@ -190,9 +197,7 @@ def _batches(plan: Plan) -> Iterator[Batch]:
     step = 1 if len(blocks) > 1 else CHUNK
     while first < end:
         count = min(step, end - first)
-        numbers = Numbers(
-            plan.pattern, plan.seed, first, count, plan.total_samples, sequences, {}
-        )
+        numbers = Numbers(plan.pattern, plan.seed, first, count, plan.total_samples, sequences, {})
         for block in blocks:
             yield Batch(block, numbers)
         first += count

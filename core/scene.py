@@ -121,7 +121,9 @@ class RayKinds:
 
 @dataclass(frozen=True, eq=False)
 class Lamp:
-    """A light source with a shape; it looks along its own -z.  `strength` (R, G, B) is, by kind:
+    """A light source with a shape; it looks along its own -z.
+
+    `strength` (R, G, B) is, by kind:
 
     POINT, SPOT  radiant intensity [W/sr] of the unblocked source;
     SUN          irradiance [W/m2] on a surface that faces it;
@@ -158,7 +160,6 @@ class World:
 
     name: str = "World"
     surface: Node | None = None
-    max_bounces: int = 1024
     seen_by: RayKinds = RayKinds()
 
 

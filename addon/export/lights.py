@@ -153,4 +153,6 @@ def export_world(world: bpy.types.World | None, notes: list[Note]) -> World | No
         if kinds is not None
         else RayKinds()
     )
-    return World(world.name, surface, read_max_bounces(world), seen_by)
+    if read_max_bounces(world) < 1024:
+        notes.append(Note(f"World '{world.name}'", "Max Bounces is not honoured"))
+    return World(world.name, surface, seen_by)

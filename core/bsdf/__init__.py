@@ -22,10 +22,10 @@ with all its directions at once, for splitting; the weights are then those of th
 from types import ModuleType
 
 from . import diffuse, glass, mirror, refraction
-from .kinds import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
+from .kinds import CAMERA, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 
 REGISTRY: dict[str, ModuleType] = {
     module.NAME: module for module in (diffuse, mirror, glass, refraction)
 }
 
-__all__ = ["CAMERA", "DIFFUSE", "GLOSSY", "REGISTRY", "TRANSMISSION"]
+__all__ = ["CAMERA", "DIFFUSE", "EVERY_KIND", "GLOSSY", "REGISTRY", "TRANSMISSION"]

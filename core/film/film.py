@@ -45,6 +45,4 @@ class Film:
 def new_film(width: int, height: int, with_alpha: bool) -> Film:
     """Return an empty film."""
     pixels = width * height
-    return Film(
-        width, height, np.zeros((3 + with_alpha, pixels)), np.zeros(pixels, np.int64)
-    )
+    return Film(width, height, np.zeros((3 + with_alpha, pixels)), np.zeros(pixels, np.int64))

@@ -62,7 +62,7 @@ class Triangles:
         if self.rows is not None:
             return np.ascontiguousarray(self.rows.take(triangle, axis=0).T)
         rows = _planes(self.vertices, self.corners.take(triangle, axis=0))
-        rows.view(np.int32)[:, MATERIAL:SMOOTH + 1] = self.ids.take(triangle, axis=0)
+        rows.view(np.int32)[:, MATERIAL : SMOOTH + 1] = self.ids.take(triangle, axis=0)
         return np.ascontiguousarray(rows.T)
 
     def corner_normals(self, triangle: Ids) -> NDArray[np.float32]:
@@ -80,7 +80,7 @@ class Triangles:
             out[some] = self.vertex_normals.take(corners, axis=0).reshape(-1, 9)
         if self.normals is not None:
             some = np.flatnonzero(first >= 0)
-            rows = first.take(some)[:, None] + np.arange(3, dtype=np.int32)
+            rows = np.add(first.take(some)[:, None], np.arange(3), dtype=np.int32)
             out[some] = self.normals.take(rows, axis=0).reshape(-1, 9)
         return out
 
@@ -180,7 +180,7 @@ def _with_tables(triangles: Triangles, should_stop: Callable[[], bool]) -> Trian
         if smooth_rows is not None:
             stop = min(start + CHUNK, triangles.count)
             smooth_rows[part] = triangles._smooth_rows(np.arange(start, stop, dtype=np.int32))
-    rows.view(np.int32)[:, MATERIAL:SMOOTH + 1] = triangles.ids
+    rows.view(np.int32)[:, MATERIAL : SMOOTH + 1] = triangles.ids
     return replace(triangles, rows=rows, smooth_rows=smooth_rows)
 
 
@@ -271,9 +271,7 @@ def _material_ids(
     return table.take(np.clip(mesh.slots, 0, len(table) - 1))
 
 
-def _turn_normals(
-    normals: NDArray[np.float32], linear: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def _turn_normals(normals: NDArray[np.float32], linear: NDArray[np.float64]) -> NDArray[np.float32]:
     # The cofactor matrix carries normals, has no division, and is exact for a flattened object;
     # it turns them inside out where the object is mirrored, so take that back.
     cofactor = np.cross(linear[[1, 2, 0]], linear[[2, 0, 1]])
@@ -290,9 +288,7 @@ def _turn_normals(
     return turned.astype(F32, copy=False)
 
 
-def _planes(
-    vertices: NDArray[np.float32], corners: NDArray[np.int32]
-) -> NDArray[np.float32]:
+def _planes(vertices: NDArray[np.float32], corners: NDArray[np.int32]) -> NDArray[np.float32]:
     """Return rows (n, 8) with the normal, plane and offset of triangles (n, 3)."""
     # float64: the normal of a needle needs it, and it is the rounded vertices that Embree sees.
     a, b, c = (vertices.take(corners[:, k], axis=0).T.astype(np.float64) for k in range(3))
@@ -307,9 +303,7 @@ def _planes(
 
     # The plane goes through the middle of the triangle, where float32 normals err least.
     middle = (a + b + c) / 3
-    rows[:, PLANE] = (
-        rows[:, NX] * middle[0] + rows[:, NY] * middle[1] + rows[:, NZ] * middle[2]
-    )
+    rows[:, PLANE] = rows[:, NX] * middle[0] + rows[:, NY] * middle[1] + rows[:, NZ] * middle[2]
     largest = np.abs(a).max(axis=0)
     for corner in (b, c):
         np.maximum(largest, np.abs(corner).max(axis=0), out=largest)

@@ -69,10 +69,10 @@ def _lift(triangles: Triangles, points: Points, index: Index) -> Vec:
 
     # ... and of the envelope of the tangent planes at the corners, whichever is higher.
     here = p[0] * w[0] + p[1] * w[1] + p[2] * w[2]
-    envelope = None
+    heights = []
     for k in range(3):
         one, two = p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]
         height = np.maximum(np.maximum(dot(one, n[k]), dot(two, n[k])), 0)
-        height = np.maximum(dot(p[k] - here, n[k]) + height, 0)
-        envelope = height if envelope is None else np.minimum(envelope, height)
+        heights.append(np.maximum(dot(p[k] - here, n[k]) + height, 0))
+    envelope = np.minimum(np.minimum(heights[0], heights[1]), heights[2])
     return normal * np.maximum(envelope, parabola * F32(0.5))

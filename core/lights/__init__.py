@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec
+from ..bsdf.kinds import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
 from ..sampling.tables import AliasTable, compile_alias
 from ..scene import Lamp, RayKinds
 from . import area, distant, point
@@ -23,9 +24,6 @@ REGISTRY = {
     "SUN": distant.classify,
     "AREA": area.classify,
 }
-
-# The bit of each kind of ray in a mask
-CAMERA, DIFFUSE, GLOSSY, TRANSMISSION = 1, 2, 4, 8
 
 Proxy = tuple[NDArray[np.float32], NDArray[np.int32], Ids]
 

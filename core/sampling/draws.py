@@ -119,8 +119,10 @@ class Draws:
     def branch(self, slot: Index, number: int) -> "Draws":
         """Return draws with one more slot for each of `slot`, keyed as their branch `number`."""
         key = hash32(self.key.take(slot) + np.uint32(number * GOLDEN & 0xFFFFFFFF))
-        row = self.row if isinstance(self.row, int) else np.concatenate(
-            [self.row, self.row.take(slot)]
+        row = (
+            self.row
+            if isinstance(self.row, int)
+            else np.concatenate([self.row, self.row.take(slot)])
         )
         return Draws(self.numbers, np.concatenate([self.key, key]), row)
 

@@ -7,10 +7,10 @@ again; camera rays and mirrored or refracted rays do, where the lamp lets itself
 import numpy as np
 
 from ..arrays import Index
-from ..bsdf import CAMERA, DIFFUSE
+from ..bsdf import CAMERA, DIFFUSE, EVERY_KIND
 from ..geometry.accel import Hits
 from ..geometry.surface import Points
-from ..lights import meet
+from ..lights import meet, visible
 from ..plan import Plan
 from .radiance import Radiance, subset, weigh
 from .state import Paths, Rays
@@ -20,18 +20,18 @@ def add_world(
     plan: Plan, paths: Paths, hits: Hits, found: Index, bounce: int, radiance: Radiance
 ) -> None:
     """Add the world's light to the paths that have left the scene, all but `found` (M,)."""
-    if plan.world is None or found.size == paths.size or (
-        plan.film_transparent and bounce == 0
-    ):
+    if plan.world is None or found.size == paths.size or (plan.film_transparent and bounce == 0):
         return
     escaped = np.flatnonzero(hits.triangle < 0)
+    if plan.world_seen_by != EVERY_KIND:
+        kind = np.full(paths.size, CAMERA, np.uint8) if paths.kind is None else paths.kind
+        seen = visible(plan.world_seen_by, kind.take(escaped))
+        escaped = escaped.take(np.flatnonzero(seen))
     light = np.broadcast_to(plan.world, (3, escaped.size))
     _add(light, paths, escaped, bounce, radiance)
 
 
-def add_emission(
-    plan: Plan, paths: Paths, points: Points, bounce: int, radiance: Radiance
-) -> None:
+def add_emission(plan: Plan, paths: Paths, points: Points, bounce: int, radiance: Radiance) -> None:
     """Add the light of glowing surfaces to the paths that have hit them."""
     if plan.surfaces.emission is None:
         return
@@ -64,8 +64,11 @@ def add_lamps(
     reach[np.flatnonzero(hits.triangle.take(index) < 0)] = np.inf
     origins = np.broadcast_to(rays.origin, rays.direction.shape)
     light = meet(
-        plan.lights, origins.take(index, axis=1), rays.direction.take(index, axis=1),
-        reach, kinds,
+        plan.lights,
+        origins.take(index, axis=1),
+        rays.direction.take(index, axis=1),
+        reach,
+        kinds,
     )
     lit = np.flatnonzero(light.any(axis=0))
     if lit.size:

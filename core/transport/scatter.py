@@ -33,7 +33,7 @@ NO_RAYS = Rays(np.zeros((3, 0), F32), np.zeros((3, 0), F32))
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Scattered directions of a group: wi (3, n) local, weight (3, n); `is_first` keeps the slot."""
+    """Scattered directions of a group: local wi (3, n), weight (3, n); the first keeps its slot."""
 
     points: Points
     paths: Paths
@@ -60,7 +60,7 @@ def scatter(
     if not closures.single and not (plan.splitting and bounce < SPLIT_LOBES):
         u, _ = draws.pair(dimension(CHOICE, bounce), paths.slot)
         closures = choose_lobe(closures, paths.size, u)
-    pieces = []
+    pieces: list[tuple[Rays, Paths]] = []
     for group in closures.groups:
         if bounce >= plan.max_bounces and not _can_meet_light(plan, group.module):
             continue
@@ -135,9 +135,7 @@ def _segment(
         strength *= ~below if through is None else below == through
 
     # Count the bounce; who can meet no more light ends here, and so do black branches.
-    kind, count, last = _account(
-        plan, paths, module, through, strength.size, bounce
-    )
+    kind, count, last = _account(plan, paths, module, through, strength.size, bounce)
     if last is not None:
         strength *= ~last | ((kind & plan.kinds_that_meet_light) != 0)
 
@@ -196,9 +194,7 @@ def _account(
     return kind, count, np.ones(size, bool) if done else last
 
 
-def _tally(
-    module: ModuleType, through: NDArray[np.bool_] | None, size: int, tally: Tally
-) -> None:
+def _tally(module: ModuleType, through: NDArray[np.bool_] | None, size: int, tally: Tally) -> None:
     behind = 0 if through is None else int(np.count_nonzero(through))
     tally.rays_transmission += behind
     if module.RAY_KIND == DIFFUSE:

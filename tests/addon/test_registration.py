@@ -61,10 +61,60 @@ def test_registering_twice_is_like_once_and_unregistering_leaves_nothing(blender
         "EEVEE_MATERIAL_PT_context_material",
         "EEVEE_WORLD_PT_surface",
         "RENDER_PT_format",
-        "RENDER_PT_penumbra_sampling",
-        "RENDER_PT_penumbra_film",
     ):
         assert name in once["panels"]
+
+
+def draw_panels():
+    """Draw our panels on a layout that takes notes; return what each shows."""
+    from types import SimpleNamespace
+
+    import bpy
+
+    import penumbra
+
+    class Layout:
+        def __init__(self, shown):
+            self.shown = shown
+
+        def row(self):
+            return Layout(self.shown)
+
+        def prop(self, data, name):
+            assert name in data.bl_rna.properties
+            self.shown.append(name)
+
+        def operator(self, name):
+            self.shown.append(name)
+
+    penumbra.register()
+    penumbra.register()
+    scene = bpy.context.scene
+    light = bpy.data.lights.new("Light", "AREA")
+    found = {}
+    for name in dir(bpy.types):
+        if "_PT_penumbra" in name:
+            cls = getattr(bpy.types, name)
+            ours, other = (
+                SimpleNamespace(engine=engine, scene=scene, light=light)
+                for engine in ("PENUMBRA", "CYCLES")
+            )
+            assert cls.poll(ours)
+            assert not cls.poll(other)
+            shown = []
+            panel = SimpleNamespace(layout=Layout(shown), options=getattr(cls, "options", ()))
+            cls.draw(panel, ours)
+            found[name] = shown
+    return found
+
+
+def test_panels_show_all_options_that_are_honoured_and_no_others(blender):
+    found = blender(draw_panels)
+    assert found.pop("DATA_PT_penumbra_light") == ["spread", "max_bounces"]
+    shown = {name for names in found.values() for name in names}
+    honoured = {option.name for option in OPTIONS if not option.awaits}
+    blenders = {"film_transparent", "threads_mode", "threads", "penumbra.adopt_cycles"}
+    assert shown == honoured | blenders
 
 
 def read_properties(path):

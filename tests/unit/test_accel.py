@@ -71,7 +71,9 @@ def test_rays_end_at_their_own_distance():
         np.testing.assert_array_equal(far, before)
         np.testing.assert_array_equal(hits.triangle >= 0, (triangle >= 0) & blocked)
         free = accel.free(origin, direction, far.copy(), Tally())
-        np.testing.assert_array_equal(np.flatnonzero(free), np.flatnonzero(~((triangle >= 0) & blocked)))
+        np.testing.assert_array_equal(
+            np.flatnonzero(free), np.flatnonzero(~((triangle >= 0) & blocked))
+        )
 
 
 def test_the_triangle_that_a_ray_has_left_is_no_hit():
