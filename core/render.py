@@ -26,7 +26,7 @@ from .statistics import Tally, peak_memory, summary
 from .transport.path import trace
 from .transport.state import Rays
 
-BATCH = 1 << 14  # slots in flight: arrays of this length stay in the caches
+BATCH = 1 << 15  # slots in flight: arrays of this length stay in the caches
 CHUNK = 16  # samples that share tables of random numbers
 TICK = 0.05  # seconds between two looks at the caller
 

@@ -8,6 +8,7 @@ triangles).
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,9 +68,12 @@ class Points:
             None if self.v is None else self.v.take(index),
         )
 
+    @cached_property
     def above(self) -> Vec:
-        """Return where rays start that stay on the viewer's side (3, N)."""
-        return self.position + self.geometric * self.offset
+        """Where rays start that stay on the viewer's side (3, N)."""
+        above = self.geometric * self.offset
+        above += self.position
+        return above
 
 
 def resolve(

@@ -110,11 +110,10 @@ class Draws:
         sequences = self.numbers.sequences
         index = key * _odd(dimension)
         index >>= np.uint32(33 - sequences.bit_length())
-        index = index.view(np.int32)
-        index += np.multiply(row, np.int32(split * sequences), dtype=np.int32)
-        index += np.int32(item * sequences)
+        place = index.astype(np.intp)
+        place += np.multiply(row * split + item, sequences)
         table = self.numbers.table(dimension, split)
-        return table[0].take(index), table[1].take(index)
+        return table[0].take(place), table[1].take(place)
 
     def branch(self, slot: Index, number: int) -> "Draws":
         """Return draws with one more slot for each of `slot`, keyed as their branch `number`."""

@@ -75,10 +75,10 @@ def add(
 
 def _receiver(points: Points, group: Group, paths: Paths) -> Receiver:
     if group.index is None:
-        return Receiver(points, group, points.above(), paths.slot)
+        return Receiver(points, group, points.above, paths.slot)
     points = points.take(group.index)
     slot = group.index if paths.slot is None else paths.slot.take(group.index)
-    return Receiver(points, group, points.above(), slot)
+    return Receiver(points, group, points.above, slot)
 
 
 def _some(array: Vec, index: Index | None) -> Vec:

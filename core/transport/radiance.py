@@ -15,6 +15,7 @@ class Radiance:
     def __init__(self, slots: int, clamp_direct: float, clamp_indirect: float) -> None:
         self.total = np.zeros((3, slots), F32)
         self._roots = slots
+        self._is_black = True
         self._limits = clamp_direct, clamp_indirect
         self._parents: list[Index] = []
 
@@ -30,10 +31,12 @@ class Radiance:
             light = light * (F32(limit) / np.maximum(brightness, F32(limit)))
         if slot is None:
             self.total += light
+            self._is_black = False
             return
         # Channel by channel: four times as fast as indexing all three at once.
         for channel, value in zip(self.total, light, strict=True):
-            channel[slot] = channel.take(slot) + value
+            channel[slot] = value if self._is_black else channel.take(slot) + value
+        self._is_black = False
 
     def branch(self, parent: Index) -> Index:
         """Return new slots, one for each of the slots `parent` (n,)."""

@@ -157,9 +157,10 @@ def _segment(
     _tally(module, through, kind.size, tally)
 
     # Leave the surface on the side the ray goes to.
-    offset = points.offset if through is None else np.where(through, -points.offset, points.offset)
-    origin = points.geometric * offset
-    origin += points.position
+    origin = points.above
+    if through is not None:
+        origin = points.geometric * np.where(through, -points.offset, points.offset)
+        origin += points.position
     slot = np.arange(kind.size) if paths.slot is None else paths.slot
     return (
         Rays(origin, direction, None, points.triangle),
