@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arrays import F32, Vec
 from .bsdf import CAMERA, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
 from .geometry.accel import Accel, compile_accel
-from .geometry.mesh import Triangles, bounds, compile_triangles
-from .lights import Lights, compile_lights, ray_mask
+from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
+from .lights import Hulls, Lights, compile_hulls, compile_lights, ray_mask
 from .sampling.patterns import PATTERNS
 from .scene import Cancelled, Material, Note, Scene, SceneError
 from .settings import OPTIONS, Settings
@@ -23,6 +24,18 @@ from .statistics import Preparation
 
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
 QUICK_BUILD = 0.5
+
+# Up to so many lamps are tried one by one by rays that might meet them.
+LAMPS_TRIED_EACH = 16
+
+
+@dataclass(frozen=True, eq=False)
+class LampHulls:
+    """How rays find lamps when there are many: hulls, as triangles and in Embree."""
+
+    hulls: Hulls
+    triangles: Triangles
+    accel: Accel
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +70,7 @@ class Plan:
     accel: Accel | None
     surfaces: SurfaceTable
     lights: Lights | None
+    lamp_hulls: LampHulls | None  # where many lamps may be met by chance
     world: Vec | None  # (3, 1) radiance
     world_seen_by: int  # ray kinds on which the world shines
     lamps_seen_by: int  # ray kinds that lamps let see them
@@ -162,6 +176,7 @@ def compile_plan(
         accel=accel,
         surfaces=surfaces,
         lights=lights,
+        lamp_hulls=_compile_hulls(lights, lamps_seen_by, origin, should_stop),
         world=world,
         world_seen_by=world_seen_by,
         lamps_seen_by=lamps_seen_by,
@@ -209,6 +224,22 @@ def _lamps_seen_by(scene: Scene, lights: Lights | None, surfaces: SurfaceTable) 
     for lamp in scene.lamps:
         seen |= ray_mask(lamp.seen_by)
     return seen & possible
+
+
+def _compile_hulls(
+    lights: Lights | None,
+    seen_by: int,
+    origin: NDArray[np.float64],
+    should_stop: Callable[[], bool],
+) -> LampHulls | None:
+    if lights is None or not seen_by or lights.count <= LAMPS_TRIED_EACH:
+        return None
+    hulls = compile_hulls(lights, origin)
+    if hulls is None:
+        return None
+    triangles = bare_triangles(hulls.vertices, hulls.corners)
+    accel, _ = compile_accel(triangles, False, should_stop)
+    return LampHulls(hulls, triangles, accel) if accel else None
 
 
 def _bounce_limits(

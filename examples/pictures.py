@@ -22,7 +22,7 @@ SAMPLES = {
     "still_life": 128,
     "far_away": 64,
 }
-WIDTH = 640
+WIDTH = 480
 
 
 def main(argv: list[str]) -> int:

@@ -39,7 +39,7 @@ class Blender:
         return subprocess.run(
             command,
             cwd=self.folder,
-            env={**os.environ, **(environment or {})},
+            env={**os.environ, "TMPDIR": str(self.folder), **(environment or {})},
             capture_output=True,
             text=True,
             errors="replace",

@@ -85,6 +85,14 @@ class Triangles:
         return out
 
 
+def bare_triangles(vertices: NDArray[np.float32], corners: NDArray[np.int32]) -> Triangles:
+    """Return a table of flat triangles (F, 3) without materials, for what only Embree must find."""
+    padded = np.zeros(vertices.size + PADDING, F32)[:-PADDING].reshape(-1, 3)
+    padded[:] = vertices
+    ids = np.full((len(corners), 2), FLAT, np.int32)
+    return Triangles(padded, np.ascontiguousarray(corners), ids, None, None, None, None)
+
+
 def bounds(instances: tuple[Instance, ...]) -> NDArray[np.float64] | None:
     """Return the world-space box (2, 3) [m] around all finite vertices, None if there are none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)

@@ -4,8 +4,9 @@ Lamps are sorted into groups of one kind, so that a call works on one formula.  
 one more distant kind.  Lamps do not block rays: a ray that meets one goes on behind it (Cycles).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,6 @@ REGISTRY = {
     "SUN": distant.classify,
     "AREA": area.classify,
 }
-
-Proxy = tuple[NDArray[np.float32], NDArray[np.int32], Ids]
 
 
 def ray_mask(kinds: RayKinds) -> int:
@@ -80,18 +79,31 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False)
+class Hulls:
+    """Triangles around lamps, by which Embree finds those that rays meet.
+
+    vertices (V, 3), corners (F, 3), light (F,) that a triangle belongs to, is_closed (F,): the
+    triangle is part of a closed hull with normals outwards, else of a flat lamp.
+    """
+
+    vertices: NDArray[np.float32]
+    corners: NDArray[np.int32]
+    light: Ids
+    is_closed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
 class Lights:
     """All lights of a scene that shine; light l is number l - first of its group."""
 
     groups: tuple[Group, ...]
-    names: tuple[str, ...]
+    lamps: tuple[tuple[Kind, Lamp], ...]
     table: AliasTable
-    hulls: Proxy | None
 
     @property
     def count(self) -> int:
         """Return the number of lights."""
-        return len(self.names)
+        return len(self.lamps)
 
     def single(self, light: int) -> Group:
         """Return light number `light` as a group of rows (P, 1): all points see the same."""
@@ -100,6 +112,16 @@ class Lights:
             if 0 <= local < group.count:
                 return group.only(local)
         raise IndexError(f"light {light} of {self.count}")
+
+    @cached_property
+    def distant(self) -> tuple[int, ...]:
+        """The numbers of the lights that have no place."""
+        return tuple(
+            number
+            for group in self.groups
+            if group.kind.DISTANT
+            for number in range(group.first, group.first + group.count)
+        )
 
     def choose(self, u: Scalar) -> tuple[Ids, Scalar, Scalar]:
         """Choose a light (N,) for each point by power; return it, its pmf, and u made new."""
@@ -112,13 +134,6 @@ class Lights:
             where = np.flatnonzero((local >= 0) & (local < group.count))
             if where.size:
                 yield where, group.take(local.take(where))
-
-    def proxy(self) -> Proxy | None:
-        """Return triangles that enclose the lights rays can meet at a place, and whose they are.
-
-        vertices (V, 3), triangles (F, 3), light of each triangle (F,); None if there are none.
-        """
-        return self.hulls
 
 
 def compile_lights(
@@ -155,16 +170,16 @@ def compile_lights(
         first += len(members)
 
     # Choose half by power and half evenly: a weak lamp may be the near one (Owen & Zhou 2000)
-    pairs = [(kind, lamp) for kind, members in kinds.items() for lamp in members]
+    pairs = tuple((kind, lamp) for kind, members in kinds.items() for lamp in members)
     power = np.array([max(kind.power(lamp, radius), 0.0) for kind, lamp in pairs])
     weights = power / max(power.sum(), 1e-300) + 1.0 / len(pairs)
-    names = tuple(lamp.name for _, lamp in pairs)
-    return Lights(tuple(groups), names, compile_alias(weights), _hulls(pairs, origin))
+    return Lights(tuple(groups), pairs, compile_alias(weights))
 
 
-def _hulls(pairs: list[tuple[Kind, Lamp]], origin: NDArray[np.float64]) -> Proxy | None:
+def compile_hulls(lights: Lights, origin: NDArray[np.float64]) -> Hulls | None:
+    """Return triangles that enclose the lights rays can meet at a place, None if there are none."""
     vertices, triangles, owners, start = [], [], [], 0
-    for light, (kind, lamp) in enumerate(pairs):
+    for light, (kind, lamp) in enumerate(lights.lamps):
         hull = kind.hull(lamp, origin)
         if hull is not None:
             vertices.append(hull[0])
@@ -173,10 +188,12 @@ def _hulls(pairs: list[tuple[Kind, Lamp]], origin: NDArray[np.float64]) -> Proxy
             start += len(hull[0])
     if not vertices:
         return None
-    return (
+    owner = np.concatenate(owners)
+    return Hulls(
         np.concatenate(vertices).astype(F32),
         np.concatenate(triangles).astype(np.int32),
-        np.concatenate(owners),
+        owner,
+        np.bincount(owner, minlength=lights.count).take(owner) > 2,
     )
 
 
@@ -195,15 +212,16 @@ def meet(
     direction: Vec,
     t_max: Scalar,
     seen_by: int | NDArray[np.integer],
+    numbers: Iterable[int] | None = None,
 ) -> Vec:
-    """Return the radiance (3, M) of all lights that rays cross before `t_max` (M,).
+    """Return the radiance (3, M) of all lights, or `numbers`, that rays cross before `t_max` (M,).
 
     `t_max` is inf for rays that leave the scene, only these meet distant lights; `seen_by` is the
     bit of the kind of ray, one for all or (M,).  The sum is what Cycles shows, as lamps do not
     block; no MIS weight is applied: it is the whole light of rays that did not sample the lamps.
     """
     radiance = np.zeros(direction.shape, F32)
-    for number in range(lights.count):
+    for number in range(lights.count) if numbers is None else numbers:
         light = lights.single(number)
         sees = visible(light.seen_by, seen_by)
         if not sees.any():
@@ -222,7 +240,9 @@ __all__ = [
     "REGISTRY",
     "TRANSMISSION",
     "Group",
+    "Hulls",
     "Lights",
+    "compile_hulls",
     "compile_lights",
     "meet",
     "ray_mask",

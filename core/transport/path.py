@@ -35,7 +35,7 @@ def trace(plan: Plan, rays: Rays, draws: Draws, tally: Tally) -> tuple[Vec, Scal
         if alpha is not None and bounce == 0:
             alpha[found] = 1
         emission.add_world(plan, paths, hits, found, bounce, radiance)
-        emission.add_lamps(plan, rays, paths, hits, bounce, radiance)
+        emission.add_lamps(plan, rays, paths, hits, bounce, radiance, tally)
         if not found.size:
             break
 

@@ -105,6 +105,11 @@ def instances():
     drop = add("Drop", mesh("Drop"), hide_render=True)
     settings.instance_object = drop
 
+    # The same with an emitter that does not show
+    unseen = add("Unseen", mesh("Unseen"), show_instancer_for_render=False)
+    bpy.context.view_layer.objects.active = unseen
+    unseen.modifiers.new("Rain", "PARTICLE_SYSTEM").particle_system.settings = settings
+
     # Geometry nodes: instances of an object, of a mesh made there, with a material set there
     tree = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
@@ -156,7 +161,7 @@ def instances():
 
 def test_instances_of_all_kinds_count_once_and_share_their_mesh(blender):
     counts, meshes, materials, x, mirrored, triangles = blender(instances)
-    assert counts == {"Pebble": 3, "Child": 2, "Emitter": 1, "Drop": 5, "Leaf": 4, "Field": 4}
+    assert counts == {"Pebble": 3, "Child": 2, "Emitter": 1, "Drop": 10, "Leaf": 4, "Field": 4}
     assert set(meshes.values()) == {1}
     assert x == [0.0, 1.0, 2.0]
     assert mirrored == {True}
@@ -168,8 +173,8 @@ def test_instances_of_all_kinds_count_once_and_share_their_mesh(blender):
 
 def shapes(edited):
     """Build meshes of all face sizes; return ours and Blender's own triangles and normals."""
+    import bpy  # noqa: I001  (bmesh comes with it)
     import bmesh
-    import bpy
     from inside import add, empty_scene, exported
 
     empty_scene()

@@ -112,6 +112,7 @@ def layers_and_views(path):
     import bpy
     from inside import add, empty_scene, glowing, mesh, pixels, use_exr
 
+    from penumbra import core
     from penumbra.addon import report
 
     scene = empty_scene(8, 8)
@@ -130,28 +131,34 @@ def layers_and_views(path):
             child.exclude = child.name != layer.name
     scene.render.use_multiview = True
     scene.camera.data.stereo.interocular_distance = 0.5
+    compile_plan, where = core.compile_plan, []
+
+    def watched(scene, *arguments, **keywords):
+        where.append(float(scene.camera.to_world[0, 3]))
+        return compile_plan(scene, *arguments, **keywords)
+
+    core.compile_plan = watched
     use_exr(scene, path / "all.exr", multilayer=True)
     bpy.ops.render.render(write_still=True)
     written = sorted(item.name for item in path.iterdir())
+    use_exr(scene, path / "eye.exr")
+    bpy.ops.render.render(write_still=True)
+    eyes = [pixels(path / f"eye_{side}.exr") for side in "LR"]
     scene.render.use_multiview = False
     use_exr(scene, path / "one.exr")
     bpy.ops.render.render(write_still=True)
-    return written, report.frames, pixels(path / "one.exr")
+    return written, report.frames, [*eyes, pixels(path / "one.exr")], where
 
 
 def test_all_view_layers_and_views_are_rendered(blender, tmp_path):
-    written, frames, one = blender(layers_and_views, tmp_path)
-    assert written
+    written, frames, pictures, where = blender(layers_and_views, tmp_path)
+    assert written == ["all_L.exr", "all_R.exr"]
+    views = [("One", "left", 1), ("One", "right", 1), ("Two", "left", 2), ("Two", "right", 2)]
     keys = [(frame["view_layer"], frame["view"], frame["samples"]) for frame in frames]
-    assert keys == [
-        ("One", "left", 1),
-        ("One", "right", 1),
-        ("Two", "left", 2),
-        ("Two", "right", 2),
-        ("One", "", 1),
-        ("Two", "", 2),
-    ]
-    assert (one[..., 0] == 1).all()
+    assert keys == [*views, *views, ("One", "", 1), ("Two", "", 2)]
+    for picture in pictures:
+        assert (picture[..., 0] == 1).all()
+    np.testing.assert_allclose(where, [-0.25, 0.25] * 4 + [0, 0], atol=1e-6)
 
 
 def stopped(path, when):

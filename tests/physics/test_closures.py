@@ -166,9 +166,7 @@ def test_one_sample_is_on_average_the_sum_of_all_branches(case, back):
         wi, weight, pdf = sample(case, wo, back, u, np.zeros_like(u))
         weight = np.broadcast_to(weight, (3, u.size))
         left = np.ones(u.size, bool)
-        for there, share in case.module.branches(
-            case.columns(1), wo[:, :1], np.array([back])
-        ):
+        for there, share in case.module.branches(case.columns(1), wo[:, :1], np.array([back])):
             share = np.broadcast_to(share, (3, 1))
             here = (wi == there).all(axis=0)
             left &= ~here
@@ -288,6 +286,4 @@ def test_refracted_light_finds_its_way_back(name, ior):
         parameters[:, open_], (wi * flip)[:, open_], np.ones(open_.size, bool)
     )
     np.testing.assert_allclose(home, (wo * flip)[:, open_], atol=2e-5)
-    np.testing.assert_allclose(
-        np.broadcast_to(back, (3, open_.size)), there[:, open_], atol=1e-4
-    )
+    np.testing.assert_allclose(np.broadcast_to(back, (3, open_.size)), there[:, open_], atol=1e-4)

@@ -23,9 +23,7 @@ GROUND = s.quad((50, 0, 0), (0, 50, 0))
 @pytest.mark.parametrize("shape", (s.box(), FLAT_SPHERE), ids=("box", "sphere"))
 @pytest.mark.parametrize("bounces", (0, 1, 3))
 @pytest.mark.parametrize("limit", ("max_bounces", "diffuse_bounces"))
-def test_a_closed_furnace_shows_as_many_terms_of_its_series_as_bounces_allow(
-    shape, bounces, limit
-):
+def test_a_closed_furnace_shows_as_many_terms_of_its_series_as_bounces_allow(shape, bounces, limit):
     inside = s.camera((0.1, 0.2, -0.1), (0.5, 0.3, 1), fov=90)
     walls = s.put(shape, s.glowing(0.5, (1.0, 2.0, 3.0)))
     image = s.pixels(inside, walls, samples=2, **{limit: bounces})
@@ -204,7 +202,9 @@ def test_a_transparent_film_shows_how_much_of_a_pixel_is_covered():
 
 def test_glass_is_not_transparent_to_the_film():
     image = s.pixels(
-        s.camera((0, -3, 0), fov=20, size=4), s.put(FLAT_SPHERE, s.glass()), s.world(),
+        s.camera((0, -3, 0), fov=20, size=4),
+        s.put(FLAT_SPHERE, s.glass()),
+        s.world(),
         film_transparent=True,
     )
     assert (image[..., 3] == 1).all()

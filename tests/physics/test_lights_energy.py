@@ -6,7 +6,7 @@ from math import cos, pi
 import numpy as np
 import pytest
 
-from penumbra.core.lights import AT_INFINITY, compile_lights, meet, ray_mask
+from penumbra.core.lights import AT_INFINITY, compile_hulls, compile_lights, meet, ray_mask
 from penumbra.core.scene import Lamp, RayKinds
 
 F32 = np.float32
@@ -254,7 +254,7 @@ def test_lamps_that_cannot_shine_are_left_out():
     assert compile_lights((), ORIGIN) is None
     assert compile_lights(tuple(dark), ORIGIN) is None
     lights = compile_lights((*dark, lamp("POINT", flat, "last")), ORIGIN)
-    assert lights.names == ("last",)
+    assert [lamp.name for _, lamp in lights.lamps] == ["last"]
 
 
 def scene():
@@ -271,7 +271,7 @@ def scene():
 
 def test_every_light_keeps_its_own_numbers_in_single_and_in_split():
     lights = scene()
-    assert sorted(lights.names) == ["a", "b", "p", "sun"]
+    assert sorted(lamp.name for _, lamp in lights.lamps) == ["a", "b", "p", "sun"]
     chosen = np.array([3, 1, 0, 2, 2, 0, 1], np.int32)
     seen = []
     for where, group in lights.split(chosen):
@@ -322,11 +322,13 @@ def test_a_distant_light_is_met_at_infinity_and_nowhere_else():
     assert light.kind.DISTANT and (t == AT_INFINITY).all()
 
 
-def test_proxies_enclose_every_point_that_is_sampled():
+def test_hulls_enclose_every_point_that_is_sampled():
     shapes = [ALL[name] for name in ("disk", "sphere", "rectangle", "ellipse", "spot disk")]
-    assert compile_lights((lamp("POINT"), lamp("SUN"), ALL["beam"]), ORIGIN).proxy() is None
+    bare = compile_lights((lamp("POINT"), lamp("SUN"), ALL["beam"]), ORIGIN)
+    assert compile_hulls(bare, ORIGIN) is None
     lights = compile_lights((*shapes, lamp("POINT")), ORIGIN)
-    vertices, triangles, owner = lights.proxy()
+    hulls = compile_hulls(lights, ORIGIN)
+    vertices, triangles, owner = hulls.vertices, hulls.corners, hulls.light
     assert vertices.dtype == F32 and triangles.dtype == owner.dtype == np.int32
     for number in set(owner):
         corners = vertices[triangles[owner == number]]

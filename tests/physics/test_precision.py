@@ -138,8 +138,14 @@ def test_a_smooth_sphere_is_lit_by_its_normals_up_to_the_terminator(scale, shift
     towards = np.array([1.0, -0.3, 0.2]) / np.linalg.norm([1.0, -0.3, 0.2])
     view = s.orthographic((0, -3, 0), size=48, scale=2.1)
     done = picture(
-        scale, shift, view, s.put(SPHERE, s.diffuse()), s.sun(towards),
-        max_bounces=0, samples=1, pattern="REGULAR",
+        scale,
+        shift,
+        view,
+        s.put(SPHERE, s.diffuse()),
+        s.sun(towards),
+        max_bounces=0,
+        samples=1,
+        pattern="REGULAR",
     )
     seen = done.combined()[..., 1].ravel() * np.pi
 
