@@ -25,6 +25,10 @@ from .statistics import Preparation
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
 QUICK_BUILD = 0.5
 
+# Slots in flight: arrays that stay in the caches, yet long enough that calls cost little; where
+# mirrors and glass let paths live long, few of them are left at the end.
+BATCH, SPECULAR_BATCH = 1 << 15, 1 << 16
+
 # Up to so many lamps are tried one by one by rays that might meet them.
 LAMPS_TRIED_EACH = 16
 
@@ -57,9 +61,10 @@ class Plan:
     total_samples: int
     light_samples: int
     splitting: bool
+    batch: int  # slots in flight
     time_limit: float
 
-    # Limits; kind_limits (diffuse, glossy, transmission) is None if they cannot matter
+    # Limits; kind_limits (diffuse, glossy, transmission) is None if all is diffuse
     max_bounces: int
     kind_limits: tuple[int, int, int] | None
     clamp_direct: float  # of the sum of the channels, as in Cycles; 0 is no limit
@@ -167,6 +172,7 @@ def compile_plan(
         total_samples=settings.samples,
         light_samples=settings.light_samples,
         splitting=settings.splitting,
+        batch=BATCH if kind_limits is None else SPECULAR_BATCH,
         time_limit=settings.time_limit,
         max_bounces=max_bounces,
         kind_limits=kind_limits,
@@ -249,8 +255,6 @@ def _bounce_limits(
     limits = settings.diffuse_bounces, settings.glossy_bounces, settings.transmission_bounces
     if all(module.RAY_KIND == DIFFUSE for module in surfaces.modules):
         return min(settings.max_bounces, limits[0]), None
-    if min(limits) >= settings.max_bounces:
-        return settings.max_bounces, None
     return settings.max_bounces, limits
 
 

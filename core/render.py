@@ -26,7 +26,6 @@ from .statistics import Tally, peak_memory, summary
 from .transport.path import trace
 from .transport.state import Rays
 
-BATCH = 1 << 15  # slots in flight: arrays of this length stay in the caches
 CHUNK = 16  # samples that share tables of random numbers
 TICK = 0.05  # seconds between two looks at the caller
 
@@ -185,7 +184,7 @@ def _blocks(plan: Plan) -> list[Block]:
     column += x0
     key = pixel_keys(plan.seed, row * plan.frame_width + column)
     x, y = column.astype(F32), row.astype(F32)
-    parts = (slice(low, low + BATCH) for low in range(0, key.size, BATCH))
+    parts = (slice(low, low + plan.batch) for low in range(0, key.size, plan.batch))
     return [Block(part.start, key[part], x[part], y[part]) for part in parts]
 
 
@@ -223,8 +222,8 @@ def _sample(
     pixels = block.key.size
     sums = np.zeros((3 + plan.film_transparent, pixels), F32)
 
-    # Small pictures take several samples at once: a wave is about BATCH slots.
-    together = max(1, min(numbers.count, BATCH // pixels))
+    # Small pictures take several samples at once: a wave is about a batch of slots.
+    together = max(1, min(numbers.count, plan.batch // pixels))
     done = 0
     for first in range(0, numbers.count, together):
         if stop.is_set():

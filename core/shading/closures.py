@@ -30,6 +30,16 @@ class Group:
     parameters: Vec
     lobe: int = 0
 
+    def take(self, index: Index) -> "Group":
+        """Return the part of the group that `index` counts from its first point."""
+        return Group(
+            self.module,
+            index if self.index is None else self.index.take(index),
+            self.weight.take(index, axis=1),
+            self.parameters.take(index, axis=1),
+            self.lobe,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Closures:
