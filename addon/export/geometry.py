@@ -15,6 +15,11 @@ from ...core.scene import Mesh
 
 Corners = NDArray[np.int32]  # (F, 3), indices of face corners
 
+# The two ways to cut a quad: as a fan from its first corner, or along the other diagonal
+_FAN = np.array([0, 1, 2, 0, 2, 3], np.int32)
+_OTHER = np.array([0, 1, 3, 1, 2, 3], np.int32)
+_CHUNK = 1 << 15  # quads whose arithmetic stays in the caches
+
 
 def export_mesh(mesh: bpy.types.Mesh) -> Mesh:
     """Return the triangles of an evaluated mesh, in object space [m]."""
@@ -28,8 +33,11 @@ def export_mesh(mesh: bpy.types.Mesh) -> Mesh:
     else:
         mesh.calc_loop_triangles()
         faces = _read(mesh.loop_triangle_polygons, "value", np.int32)
-        corners = _triangulate(mesh, positions, corner_vertex, faces)
-        triangles = corner_vertex.take(corners)
+        if _are_quads(mesh, faces):
+            triangles, corners = _cut_quads(mesh, positions, corner_vertex)
+        else:
+            corners = _triangulate(mesh, positions, corner_vertex, faces)
+            triangles = corner_vertex.take(corners)
     return Mesh(
         name=mesh.name,
         positions=positions,
@@ -44,6 +52,29 @@ def _read(items: bpy.types.bpy_prop_collection, name: str, dtype: type, width: i
     values = np.empty(len(items) * width, dtype)
     items.foreach_get(name, values)
     return values.reshape(-1, width) if width > 1 else values
+
+
+def _are_quads(mesh: bpy.types.Mesh, faces: NDArray[np.int32]) -> bool:
+    # Two triangles for each face, one face after the other.
+    if len(faces) != 2 * len(mesh.polygons):
+        return False
+    return bool(np.array_equal(faces, np.arange(len(faces), dtype=np.int32) >> 1))
+
+
+def _cut_quads(
+    mesh: bpy.types.Mesh, positions: NDArray[np.float32], corner_vertex: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], Corners | None]:
+    """Return the triangles (F, 3) of a mesh of quads and, if normals need them, their corners."""
+    quads = corner_vertex.reshape(-1, 4)
+    first = np.arange(0, corner_vertex.size, 4, dtype=np.int32)
+    flipped = np.flatnonzero(_is_concave_at_ends(positions, corner_vertex, first))
+    triangles = quads.take(_FAN, axis=1)
+    triangles[flipped] = quads.take(flipped, axis=0).take(_OTHER, axis=1)
+    if mesh.normals_domain != "CORNER":
+        return triangles.reshape(-1, 3), None
+    corners = first[:, None] + _FAN
+    corners[flipped] = first.take(flipped)[:, None] + _OTHER
+    return triangles.reshape(-1, 3), corners.reshape(-1, 3)
 
 
 def _triangulate(
@@ -81,12 +112,17 @@ def _is_concave_at_ends(
     first: NDArray[np.int32],
 ) -> NDArray[np.bool_]:
     """Do the second and the fourth corner (Q,) lie on the same side of the quad's diagonal 0-2?"""
-    a, b, c, d = (positions.take(corner_vertex.take(first + i), axis=0).T for i in range(4))
-    ab, ac, ad = b - a, c - a, d - a
-    side_b = _cross(ab, ac)
-    side_d = _cross(ad, ac)
-    product = side_b[0] * side_d[0] + side_b[1] * side_d[1] + side_b[2] * side_d[2]
-    return product > 0
+    concave = np.empty(len(first), bool)
+    for start in range(0, len(first), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        corners = (corner_vertex.take(first[part] + i) for i in range(4))
+        a, b, c, d = (np.ascontiguousarray(positions.take(i, axis=0).T) for i in corners)
+        ab, ac, ad = b - a, c - a, d - a
+        side_b = _cross(ab, ac)
+        side_d = _cross(ad, ac)
+        product = side_b[0] * side_d[0] + side_b[1] * side_d[1] + side_b[2] * side_d[2]
+        concave[part] = product > 0
+    return concave
 
 
 def _cross(u: NDArray[np.float32], v: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
@@ -97,7 +133,8 @@ def _cross(u: NDArray[np.float32], v: NDArray[np.float32]) -> tuple[NDArray[np.f
     )
 
 
-# Below, None for corners or faces is the whole range: the mesh has nothing but triangles
+# Below, None for faces is the whole range: the mesh has nothing but triangles; so it is for
+# corners, or nobody needs them
 
 
 def _normals(mesh: bpy.types.Mesh, corners: Corners | None) -> NDArray[np.float32] | None:

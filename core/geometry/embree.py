@@ -39,6 +39,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         None,
         (_POINTER, ctypes.c_int, _UINT, ctypes.c_int, _POINTER, _SIZE, _SIZE, _SIZE),
     ),
+    "rtcSetGeometryBuildQuality": (None, (_POINTER, ctypes.c_int)),
     "rtcCommitGeometry": (None, (_POINTER,)),
     "rtcAttachGeometry": (_UINT, (_POINTER, _POINTER)),
     "rtcReleaseGeometry": (None, (_POINTER,)),
@@ -115,10 +116,13 @@ def build(
     share = library.rtcSetSharedGeometryBuffer
     share(geometry, VERTEX, 0, FLOAT3, vertices.ctypes.data, 0, 12, len(vertices))
     share(geometry, INDEX, 0, UINT3, corners.ctypes.data, 0, 12, len(corners))
+    # Both must ask for it, or Embree does not take its quick (Morton) builder.
+    quality = LOW if is_quick else MEDIUM
+    library.rtcSetGeometryBuildQuality(geometry, quality)
+    library.rtcSetSceneBuildQuality(scene, quality)
     library.rtcCommitGeometry(geometry)
     library.rtcAttachGeometry(scene, geometry)
     library.rtcReleaseGeometry(geometry)
-    library.rtcSetSceneBuildQuality(scene, LOW if is_quick else MEDIUM)
     errors = []
 
     def commit(*kept_alive: Any) -> None:

@@ -195,7 +195,7 @@ def _with_tables(triangles: Triangles, should_stop: Callable[[], bool]) -> Trian
 def _box(mesh: Mesh) -> NDArray[np.float64] | None:
     if not len(mesh.triangles):
         return None
-    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
+    low, high = _extent(mesh.positions)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         finite = mesh.positions[np.isfinite(mesh.positions).all(axis=1)]
         if not len(finite):
@@ -204,12 +204,21 @@ def _box(mesh: Mesh) -> NDArray[np.float64] | None:
     return np.stack([low, high]).astype(np.float64)
 
 
+def _extent(positions: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return the least and greatest coordinates (2, 3), NaN where there is one."""
+    # Rows of 64 points reduce ten times as fast as rows of three numbers.
+    whole = len(positions) // 64 * 64
+    parts = [positions[whole:]]
+    if whole:
+        wide = np.ascontiguousarray(positions[:whole]).reshape(-1, 192)
+        parts += [wide.min(axis=0).reshape(64, 3), wide.max(axis=0).reshape(64, 3)]
+    few = np.concatenate(parts)
+    return np.stack([few.min(axis=0), few.max(axis=0)])
+
+
 def _without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
     # min and max pass NaN and infinity on, so two reductions tell a sound mesh.
-    if not len(mesh.triangles):
-        return mesh
-    extremes = mesh.positions.min() - mesh.positions.max()
-    if np.isfinite(extremes):
+    if not len(mesh.triangles) or np.isfinite(_extent(mesh.positions)).all():
         return mesh
     sound = np.isfinite(mesh.positions).all(axis=1)
     keep = np.flatnonzero(sound[mesh.triangles].all(axis=1))
