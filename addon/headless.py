@@ -10,6 +10,7 @@ import contextlib
 import faulthandler
 import json
 import os
+import shutil
 import signal
 import sys
 import tempfile
@@ -240,6 +241,7 @@ def leave(code: int) -> NoReturn:
     """End the process at once, and with nothing half written."""
     if Draft.current is not None:
         Draft.current.unlink(missing_ok=True)
+    shutil.rmtree(bpy.app.tempdir, ignore_errors=True)  # Blender would at its own end
     os._exit(code)
 
 

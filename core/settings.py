@@ -57,8 +57,13 @@ class Settings:
 
     # Sampling
     samples: int = _count(4096, "Samples", "Number of samples for each pixel", 1, UNLIMITED)
-    preview_samples: int = _count(
-        1024, "Viewport Samples", "Number of samples in the viewport, unlimited if 0", 0, UNLIMITED
+    preview_samples: int = _option(
+        1024,
+        "Viewport Samples",
+        "Number of samples in the viewport, unlimited if 0",
+        minimum=0,
+        maximum=UNLIMITED,
+        awaits="the rendered viewport",
     )
     pattern: str = _option(
         "SOBOL", "Pattern", "How the samples of a pixel are spread", choices=PATTERNS
