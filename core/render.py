@@ -226,19 +226,19 @@ def _sample(
     together = max(1, min(numbers.count, plan.batch // pixels))
     done = 0
     for first in range(0, numbers.count, together):
-        if stop.is_set():
-            break
         samples = min(together, numbers.count - first)
         draws, x, y = _draws(numbers, block, first, samples)
         u, v = draws.pair(PIXEL, None)
         origin, direction, far = plan.camera.rays(x, y, u, v)
         tally.rays_camera += u.size
-        tally.samples += u.size
         tally.lap("camera")
-        radiance, alpha = trace(plan, Rays(origin, direction, far), draws, tally)
+        radiance, alpha = trace(plan, Rays(origin, direction, far), draws, tally, stop)
+        if stop.is_set():
+            break
         sums[:3] += radiance if samples == 1 else radiance.reshape(3, samples, -1).sum(axis=1)
         if alpha is not None:
             sums[3] += alpha.reshape(samples, -1).sum(axis=0)
+        tally.samples += u.size
         tally.lap("film")
         done += samples
     return sums, done, tally

@@ -5,6 +5,8 @@ recursive ray tracing.  Sources: Kajiya 1986, "The Rendering Equation"; Whitted 
 Illumination Model for Shaded Display".
 """
 
+import threading
+
 import numpy as np
 
 from ..arrays import F32, Index, Scalar, Vec
@@ -20,16 +22,19 @@ from .scatter import scatter
 from .state import Paths, Rays
 
 
-def trace(plan: Plan, rays: Rays, draws: Draws, tally: Tally) -> tuple[Vec, Scalar | None]:
+def trace(
+    plan: Plan, rays: Rays, draws: Draws, tally: Tally, stop: threading.Event
+) -> tuple[Vec, Scalar | None]:
     """Follow camera rays to their ends; return radiance (3, slots) and alpha (slots,) or None.
 
-    Unbiased but for the bounce limits and clamps of the settings.
+    Unbiased but for the bounce limits and clamps of the settings.  Once `stop` is set it returns
+    before the next bounce, with what must then not be used.
     """
     paths = Paths(rays.size)
     radiance = Radiance(rays.size, plan.clamp_direct, plan.clamp_indirect)
     alpha = np.zeros(rays.size, F32) if plan.film_transparent else None
     bounce = 0
-    while rays.size:
+    while rays.size and not stop.is_set():
         hits = _closest(plan, rays, tally)  # rays -> hits
         found = np.flatnonzero(hits.triangle >= 0)
         if alpha is not None and bounce == 0:
