@@ -167,36 +167,31 @@ def _segment(
     if last is not None:
         strength *= ~last | ((kind & plan.kinds_that_meet_light) != 0)
 
+    # Leave the surface on the side the ray goes to.
+    origin = points.above
+    if through is not None:
+        origin = points.geometric * np.where(through, -points.offset, points.offset)
+        origin += points.position
+    rays = Rays(origin, direction, None, points.triangle)
+    slot = np.arange(kind.size) if paths.slot is None else paths.slot
+    onward = Paths(kind.size, throughput, slot, kind, count, last)
+
     # Faint branches go on at random.
     faint: Scalar | np.float32 = FAINT
     if module.IS_DELTA:
         faint = np.where(_in_view(paths, None), FAINT_IN_VIEW, FAINT)
     survival = np.minimum(strength / faint, F32(1))
     if survival.size and survival.min() < 1:
-        chance, _ = draws.pair(dimension(ROULETTE, bounce), paths.slot)
+        chance, _ = draws.pair(dimension(ROULETTE, bounce), slot)
         alive = np.flatnonzero(chance < survival)
         if not alive.size:
             return None
-        points, paths = points.take(alive), paths.take(alive)
-        direction = direction.take(alive, axis=1)
-        through = None if through is None else through.take(alive)
-        throughput = throughput.take(alive, axis=1) / survival.take(alive)
-        kind = kind.take(alive)
-        count = None if count is None else count.take(alive, axis=1)
-        last = None if last is None else last.take(alive)
-    check("scatter", direction=direction, throughput=throughput)
-    _tally(module, through, kind.size, tally)
-
-    # Leave the surface on the side the ray goes to.
-    origin = points.above
-    if through is not None:
-        origin = points.geometric * np.where(through, -points.offset, points.offset)
-        origin += points.position
-    slot = np.arange(kind.size) if paths.slot is None else paths.slot
-    return (
-        Rays(origin, direction, None, points.triangle),
-        Paths(kind.size, throughput, slot, kind, count, last),
-    )
+        rays, onward = rays.take(alive), onward.take(alive)
+        assert onward.throughput is not None
+        onward = replace(onward, throughput=onward.throughput / survival.take(alive))
+    check("scatter", direction=rays.direction, throughput=onward.throughput)
+    _tally(module, onward, tally)
+    return rays, onward
 
 
 def _account(
@@ -226,10 +221,11 @@ def _account(
     return kind, count, np.ones(size, bool) if done else last
 
 
-def _tally(module: ModuleType, through: NDArray[np.bool_] | None, size: int, tally: Tally) -> None:
-    behind = 0 if through is None else int(np.count_nonzero(through))
+def _tally(module: ModuleType, paths: Paths, tally: Tally) -> None:
+    assert paths.kind is not None
+    behind = int(np.count_nonzero(paths.kind & TRANSMISSION)) if module.TRANSMITS else 0
     tally.rays_transmission += behind
     if module.RAY_KIND == DIFFUSE:
-        tally.rays_diffuse += size - behind
+        tally.rays_diffuse += paths.size - behind
     else:
-        tally.rays_reflection += size - behind
+        tally.rays_reflection += paths.size - behind

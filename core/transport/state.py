@@ -30,6 +30,15 @@ class Rays:
         """The number of rays."""
         return self.direction.shape[1]
 
+    def take(self, index: Index) -> "Rays":
+        """Return the rays at `index` (M,), of rays that each have an origin."""
+        return Rays(
+            self.origin.take(index, axis=1),
+            self.direction.take(index, axis=1),
+            _columns(self.far, index),
+            _columns(self.left, index),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Paths:
