@@ -12,7 +12,12 @@ points to the viewer, wi to the light.  A module declares
     sample(parameters, wo, back, u, v) -> (wi, weight, pdf)      weight = f cos / pdf, None is 1
 
 `back` (N,) tells that the surface is seen from behind.  A weight of 0 is a failed sample; nothing
-here returns NaN or raises.  wi_z < 0 means the ray has passed through.  A delta module may add
+here returns NaN or raises.  wi_z < 0 means the ray has passed through.  A module whose sampling
+depends on the normal alone may add, to spare the frame, in world space
+
+    sample_about(parameters, normal, u, v) -> (direction, weight, pdf)
+
+with the distribution of `sample`; and a delta module
 
     branches(parameters, wo, back) -> ((wi, weight), ...)
 

@@ -7,7 +7,7 @@ Source: Pharr et al. 2023, "Physically Based Rendering", 4th ed., section 9.2.
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import INV_PI, Scalar, Vec
+from ..arrays import F32, INV_PI, Scalar, Vec, dot
 from ..sampling import warp
 from .kinds import DIFFUSE
 
@@ -17,6 +17,8 @@ IS_DELTA = False
 RAY_KIND = DIFFUSE
 WEIGHT_IN_WI_Z = True
 TRANSMITS = False
+
+TINY = F32(2.0**-24)
 
 
 def evaluate(parameters: Vec, wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
@@ -32,3 +34,22 @@ def sample(
     """Draw wi (3, N) in proportion to cos; the weight is exactly 1."""
     wi = warp.cosine_hemisphere(u, v)
     return wi, None, wi[2] * INV_PI
+
+
+def sample_about(parameters: Vec, normal: Vec, u: Scalar, v: Scalar) -> tuple[Vec, None, None]:
+    """Draw directions (3, N) in proportion to cos about world-space normals, without a frame.
+
+    The normal plus a uniform point of the unit sphere is distributed so.
+    Source: Shirley 2020, "Ray Tracing in One Weekend", section 9.4.
+    """
+    direction = warp.uniform_sphere(u, v)
+    direction += normal
+    length = dot(direction, direction)
+    fallen = np.flatnonzero(length < TINY)
+    if fallen.size:
+        # The point opposite to the normal leaves no direction: once in 2^26.
+        direction[:, fallen] = normal[:, fallen]
+        length[fallen] = 1
+    np.sqrt(length, out=length)
+    direction /= length
+    return direction, None, None

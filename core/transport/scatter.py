@@ -31,16 +31,22 @@ FAINT, FAINT_IN_VIEW = F32(0.25), F32(0.1)
 # Splitting: so many times glass in view sends both of its rays, and a surface all of its lobes.
 SPLIT_SPECULAR, SPLIT_LOBES = 3, 1
 
+Axes = tuple[Vec, Vec, Vec]  # of a local frame: two tangents and the shading normal
+
 NO_RAYS = Rays(np.zeros((3, 0), F32), np.zeros((3, 0), F32))
 
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Scattered directions of a group: local wi (3, n), weight (3, n); the first keeps its slot."""
+    """Scattered directions of a group: world-space (3, n), weight (3, n).
+
+    through (n,) tells which pass the surface, None is none; the first branch keeps its slot.
+    """
 
     points: Points
     paths: Paths
-    wi: Vec
+    direction: Vec
+    through: NDArray[np.bool_] | None
     weight: Vec
     module: ModuleType
     is_first: bool
@@ -102,35 +108,50 @@ def _branches(
             group = group.take(np.flatnonzero(~in_view))
 
     # One direction for each point.
-    paths, points, wo = _local(paths, points, group)
+    paths, points = _of_group(paths, points, group)
+    module = group.module
     u, v = draws.pair(dimension(SCATTER, bounce), paths.slot)
-    wi, weight, _ = group.module.sample(group.parameters, wo, points.back, u, v)
+    through = None
+    if hasattr(module, "sample_about"):
+        direction, weight, _ = module.sample_about(group.parameters, points.normal, u, v)
+    else:
+        axes = *frame(points.normal), points.normal
+        wi, weight, _ = module.sample(group.parameters, _local(axes, points.wo), points.back, u, v)
+        direction, through = _world(axes, wi), wi[2] < 0 if module.TRANSMITS else None
     weight = group.weight if weight is None else group.weight * weight
-    yield Branch(points, paths, wi, weight, group.module, group.lobe == 0)
+    yield Branch(points, paths, direction, through, weight, module, group.lobe == 0)
 
 
 def _split(paths: Paths, points: Points, group: Group) -> Iterator[Branch]:
     """Yield all directions of a delta closure, as branches of their own."""
     module = group.module
-    paths, points, wo = _local(paths, points, group)
-    directions = module.branches(group.parameters, wo, points.back)
+    paths, points = _of_group(paths, points, group)
+    axes = *frame(points.normal), points.normal
+    directions = module.branches(group.parameters, _local(axes, points.wo), points.back)
     for number, (wi, weight) in enumerate(directions):
         is_first = group.lobe == 0 and number == 0
-        yield Branch(points, paths, wi, group.weight * weight, module, is_first)
+        through = wi[2] < 0 if module.TRANSMITS else None
+        direction, weight = _world(axes, wi), group.weight * weight
+        yield Branch(points, paths, direction, through, weight, module, is_first)
 
 
-def _local(paths: Paths, points: Points, group: Group) -> tuple[Paths, Points, Vec | None]:
-    """Return the paths and points of a group, and the viewer's direction in the local frame."""
+def _of_group(paths: Paths, points: Points, group: Group) -> tuple[Paths, Points]:
     if group.index is not None:
         paths, points = paths.take(group.index), points.take(group.index)
-    if group.module.WEIGHT_IN_WI_Z:
-        return paths, points, None
     if group.module.IS_DELTA and not points.is_flat:
         points = bend_normals(points)
-    tangent, bitangent = frame(points.normal)
-    wo = points.wo
-    wo = np.stack([dot(tangent, wo), dot(bitangent, wo), dot(points.normal, wo)])
-    return paths, points, wo
+    return paths, points
+
+
+def _local(axes: Axes, direction: Vec) -> Vec:
+    return np.stack([dot(axis, direction) for axis in axes])
+
+
+def _world(axes: Axes, local: Vec) -> Vec:
+    direction = axes[0] * local[0]
+    direction += axes[1] * local[1]
+    direction += axes[2] * local[2]
+    return direction
 
 
 def _in_view(paths: Paths, index: Index | None) -> NDArray[np.bool_]:
@@ -149,14 +170,8 @@ def _segment(
     if paths.throughput is not None:
         throughput = throughput * paths.throughput
 
-    # Directions back in the world; those the true surface does not allow carry nothing.
-    tangent, bitangent = frame(points.normal)
-    direction = tangent
-    direction *= branch.wi[0]
-    bitangent *= branch.wi[1]
-    direction += bitangent
-    direction += points.normal * branch.wi[2]
-    through = branch.wi[2] < 0 if module.TRANSMITS else None
+    # Directions that the true surface does not allow carry nothing.
+    direction, through = branch.direction, branch.through
     strength = np.maximum(np.maximum(throughput[0], throughput[1]), throughput[2])
     if not points.is_flat:
         below = dot(points.geometric, direction) < 0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from penumbra.core.arrays import ONE_BELOW
+from penumbra.core.arrays import ONE_BELOW, frame
 from penumbra.core.bsdf import REGISTRY, glass
 from tests.physics.cases import CASES, CONTINUOUS, DELTA
 from tests.support.statistics import SIGNIFICANCE, chi2_of_directions, sidak
@@ -111,6 +111,24 @@ def test_sampled_directions_follow_the_pdf(case):
             drawn, lambda there, wo=wo: evaluate(case, wo[:, :1], there)[1]
         )
         assert probability > sidak(SIGNIFICANCE, len(ANGLES)), angle
+
+
+@continuous
+@pytest.mark.parametrize("normal", ((0, 0, 1), (0, 0, -1), (0.6, -0.48, 0.64), (0, 1, 0)))
+def test_directions_about_a_normal_are_distributed_by_the_pdf(case, normal):
+    if not hasattr(case.module, "sample_about"):
+        pytest.skip("samples in the local frame only")
+    u, v = grid(256)
+    normals = np.repeat(np.array(normal, F32)[:, None], u.size, axis=1)
+    direction, weight, _ = case.module.sample_about(case.columns(u.size), normals, u, v)
+    assert weight is None or np.allclose(weight, 1)
+    assert direction.dtype == F32
+    np.testing.assert_allclose((direction * direction).sum(axis=0), 1, rtol=1e-5)
+    tangent, bitangent = frame(normals)
+    local = np.stack([(axis * direction).sum(axis=0) for axis in (tangent, bitangent, normals)])
+    wo = towards(0.5)
+    probability = chi2_of_directions(local, lambda there: evaluate(case, wo, there)[1])
+    assert probability > sidak(SIGNIFICANCE, 4)
 
 
 @continuous
