@@ -25,9 +25,9 @@ from .statistics import Preparation
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
 QUICK_BUILD = 0.5
 
-# Slots in flight: arrays that stay in the caches, yet long enough that calls cost little; where
-# mirrors and glass let paths live long, few of them are left at the end.
-BATCH, SPECULAR_BATCH = 1 << 15, 1 << 16
+# Slots in flight: arrays that stay in the caches, yet long enough that calls cost little; of paths
+# that bounce, few are left at the end.
+BATCH, BOUNCING_BATCH = 1 << 15, 1 << 16
 
 # Up to so many lamps are tried one by one by rays that might meet them.
 LAMPS_TRIED_EACH = 16
@@ -172,7 +172,7 @@ def compile_plan(
         total_samples=settings.samples,
         light_samples=settings.light_samples,
         splitting=settings.splitting,
-        batch=BATCH if kind_limits is None else SPECULAR_BATCH,
+        batch=BATCH if max_bounces == 0 else BOUNCING_BATCH,
         time_limit=settings.time_limit,
         max_bounces=max_bounces,
         kind_limits=kind_limits,

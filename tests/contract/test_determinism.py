@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from penumbra.core import Cancelled, Settings, compile_plan, render
-from penumbra.core.plan import BATCH
+from penumbra.core.plan import BOUNCING_BATCH
 from penumbra.core.render import CHUNK
 from penumbra.core.statistics import STATISTICS
 from tests.support import scenes as s
@@ -38,7 +38,7 @@ def test_the_picture_has_the_same_bits_on_any_number_of_threads(pattern):
 
 
 def test_a_picture_of_many_batches_has_the_same_bits_on_any_number_of_threads():
-    view = s.camera((0, -4, 2), (0, 0, 0.5), size=100, width=BATCH // 100 * 2 + 7)
+    view = s.camera((0, -4, 2), (0, 0, 0.5), size=100, width=BOUNCING_BATCH // 100 * 2 + 7)
     described = plan(view, *STAGE, samples=3, max_bounces=1)
     one, three = (render(described, threads=threads) for threads in (1, 3))
     np.testing.assert_array_equal(one.film.sums, three.film.sums)
