@@ -27,6 +27,8 @@ from .transport.path import trace
 from .transport.state import Rays
 
 CHUNK = 16  # samples that share tables of random numbers
+SHARE = 4  # of these in a batch, so that no thread is left alone for long at the end
+EARLY = (1, 4, 8)  # samples at which the first chunks end: there is soon something to see
 TICK = 0.05  # seconds between two looks at the caller
 
 
@@ -93,10 +95,12 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """The pixels of a block, for the samples of `numbers`."""
+    """The pixels of a block, for the samples first..end of those of `numbers`."""
 
     block: Block
     numbers: Numbers
+    first: int
+    end: int
 
 
 def render(
@@ -189,19 +193,21 @@ def _blocks(plan: Plan) -> list[Block]:
 
 
 def _batches(plan: Plan) -> Iterator[Batch]:
-    """Yield all batches; the first rounds are short, so that there is soon something to see."""
+    """Yield all batches, sample by sample over the picture."""
     blocks = _blocks(plan)
     first, end = plan.samples
     sequences = _sequences(plan.frame_width * plan.frame_height)  # a border changes no pixel
-    step = 1 if len(blocks) > 1 else CHUNK
+    share = SHARE if len(blocks) > 1 else CHUNK
+    stops = [stop for stop in EARLY if first < stop < end] if len(blocks) > 1 else []
     while first < end:
-        count = min(step, end - first)
+        # Chunks end at multiples of their own size: whole blocks of the sequence.
+        stop = stops.pop(0) if stops else min((first // CHUNK + 1) * CHUNK, end)
+        count = stop - first
         numbers = Numbers(plan.pattern, plan.seed, first, count, plan.total_samples, sequences, {})
-        for block in blocks:
-            yield Batch(block, numbers)
-        first += count
-        if first >= 2 * step:
-            step = min(2 * step, CHUNK)
+        for low in range(0, count, share):
+            for block in blocks:
+                yield Batch(block, numbers, low, min(low + share, count))
+        first = stop
 
 
 def _sequences(pixels: int) -> int:
@@ -223,10 +229,10 @@ def _sample(
     sums = np.zeros((3 + plan.film_transparent, pixels), F32)
 
     # Small pictures take several samples at once: a wave is about a batch of slots.
-    together = max(1, min(numbers.count, plan.batch // pixels))
+    together = max(1, min(batch.end - batch.first, plan.batch // pixels))
     done = 0
-    for first in range(0, numbers.count, together):
-        samples = min(together, numbers.count - first)
+    for first in range(batch.first, batch.end, together):
+        samples = min(together, batch.end - first)
         draws, x, y = _draws(numbers, block, first, samples)
         u, v = draws.pair(PIXEL, None)
         origin, direction, far = plan.camera.rays(x, y, u, v)
