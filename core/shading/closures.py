@@ -48,6 +48,14 @@ class Closures:
     groups: tuple[Group, ...]
     single: bool
 
+    def attenuate(self, throughput: Vec | None) -> None:
+        """Multiply all weights by their path's throughput (3, N); None is 1."""
+        if throughput is None:
+            return
+        for group in self.groups:
+            some = throughput if group.index is None else throughput.take(group.index, axis=1)
+            np.multiply(group.weight, some, out=group.weight)
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceTable:

@@ -67,10 +67,7 @@ def add(
         else:
             light = _light_of_chosen(plan, lights, to, draws, bounce, tally)
         if light is not None:
-            light *= group.weight
-            if paths.throughput is not None:
-                light *= _some(paths.throughput, group.index)
-            radiance.add(light, to.slot, bounce)
+            radiance.add(group.weight * light, to.slot, bounce)
 
 
 def _receiver(points: Points, group: Group, paths: Paths) -> Receiver:
@@ -81,25 +78,26 @@ def _receiver(points: Points, group: Group, paths: Paths) -> Receiver:
     return Receiver(points, group, points.above, slot)
 
 
-def _some(array: Vec, index: Index | None) -> Vec:
-    return array if index is None else array.take(index, axis=1)
-
-
 def _light_of_each(
     plan: Plan, lights: Lights, to: Receiver, draws: Draws, bounce: int, tally: Tally
-) -> Vec | None:
-    """Return the scattered light (3, n) of all lamps, before the closure's colour."""
+) -> Vec | Scalar | None:
+    """Return the scattered light of all lamps, before the closure's colour.
+
+    (3, n), or (n,) if the only lamp is grey.
+    """
     split = plan.light_samples if bounce == 0 else 1
-    total = None
+    total: Vec | Scalar | None = None
     for number in range(lights.count):
         lamp = lights.single(number)
+        is_grey = lights.count == 1 and bool((lamp.colour == lamp.colour[0]).all())
         if bounce > lamp.max_bounces[0] or not lamp.seen_by[0] & to.group.module.RAY_KIND:
             continue
         for item in range(split):
             u, v = draws.pair(dimension(LIGHT, bounce, number), to.slot, item, split)
             seen = _visible(plan, to, lamp, u, v, tally)
             if seen is not None:
-                light = lamp.colour * F32(1 / split) * seen
+                colour = lamp.colour * F32(1 / split)
+                light = (colour[0] if is_grey else colour) * seen
                 total = light if total is None else np.add(total, light, out=total)
     return total
 

@@ -54,6 +54,7 @@ def trace(
             break
 
         closures = plan.surfaces.run(points)  # points -> closures
+        closures.attenuate(paths.throughput)
         tally.vertices += paths.size
         tally.lap("shading")
         if plan.lights is not None:

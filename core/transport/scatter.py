@@ -38,7 +38,7 @@ NO_RAYS = Rays(np.zeros((3, 0), F32), np.zeros((3, 0), F32))
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Scattered directions of a group: world-space (3, n), weight (3, n).
+    """Scattered directions of a group: world-space (3, n), and their throughput, weight (3, n).
 
     through (n,) tells which pass the surface, None is none; the first branch keeps its slot.
     """
@@ -167,8 +167,6 @@ def _segment(
 ) -> tuple[Rays, Paths] | None:
     points, paths, module = branch.points, branch.paths, branch.module
     throughput = branch.weight
-    if paths.throughput is not None:
-        throughput = throughput * paths.throughput
 
     # Directions that the true surface does not allow carry nothing.
     direction, through = branch.direction, branch.through
