@@ -45,6 +45,11 @@ def cross(a: Vec, b: Vec) -> Vec:
     return out
 
 
+def take(array: Any, index: Index) -> Any:
+    """Return columns `index` of an array (..., N) that may be absent."""
+    return None if array is None else array.take(index, axis=-1)
+
+
 def normalize(a: Vec) -> Vec:
     """Scale vectors (3, N) to unit length in place and return them; a zero vector stays zero."""
     length = dot(a, a)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import F32, Scalar, Vec, normalize
+from .arrays import F32, Scalar, Vec, dot, normalize
 from .sampling.tables import compile_inverse, lookup
 from .scene import Camera
 from .settings import Settings
@@ -61,7 +61,7 @@ class CompiledCamera:
             origin = origin + direction * self.near
         if self.far is None:
             return origin, normalize(direction), None
-        length = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
+        length = np.sqrt(dot(direction, direction))
         return origin, normalize(direction), length * (self.far - self.near)
 
 

@@ -224,8 +224,7 @@ def _lamps_seen_by(scene: Scene, lights: Lights | None, surfaces: SurfaceTable) 
     """Return the ray kinds that may run into a lamp; rays from rough surfaces have sampled it."""
     if lights is None:
         return 0
-    specular = any(module.IS_DELTA for module in surfaces.modules)
-    possible = CAMERA | GLOSSY | TRANSMISSION if specular else CAMERA
+    possible = CAMERA | GLOSSY | TRANSMISSION if surfaces.has_specular else CAMERA
     seen = 0
     for lamp in scene.lamps:
         seen |= ray_mask(lamp.seen_by)
@@ -274,7 +273,7 @@ def _check_pattern(settings: Settings) -> None:
 
 def _settings_notes(settings: Settings, surfaces: SurfaceTable) -> list[Note]:
     """Name the settings that ask for what is not there yet, where it would change the picture."""
-    specular = any(module.IS_DELTA for module in surfaces.modules)
+    specular = surfaces.has_specular
     matter = {
         "use_adaptive_sampling": settings.use_adaptive_sampling,
         "use_denoising": settings.use_denoising,

@@ -152,7 +152,7 @@ def render(
                     done,
                     plan.samples[1] - plan.samples[0],
                     seconds,
-                    _rays(total),
+                    total.rays,
                     film,
                     plan.exposure,
                 )
@@ -168,16 +168,6 @@ def render(
         int(film.counts.min()) if pixels else 0,
         total.samples == work or timed_out,
         summary(total, plan.prepared, pixels, seconds),
-    )
-
-
-def _rays(tally: Tally) -> int:
-    return (
-        tally.rays_camera
-        + tally.rays_shadow
-        + tally.rays_reflection
-        + tally.rays_transmission
-        + tally.rays_diffuse
     )
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any
 
+RAY_KINDS = ("camera", "shadow", "reflection", "transmission", "diffuse")
+
 
 @dataclass
 class Tally:
@@ -31,6 +33,11 @@ class Tally:
     seconds: float = 0.0
     lap_start: float = field(default=0.0, repr=False)
     lap_embree: float = field(default=0.0, repr=False)
+
+    @property
+    def rays(self) -> int:
+        """The rays of all kinds."""
+        return sum(getattr(self, f"rays_{kind}") for kind in RAY_KINDS)
 
     def start(self) -> None:
         """Begin to time stages."""
@@ -102,9 +109,8 @@ class Preparation:
 
 def summary(tally: Tally, prepared: Preparation, pixels: int, wall: float) -> dict[str, Any]:
     """Return the statistics of a render by the keys of `STATISTICS`."""
-    kinds = ("camera", "shadow", "reflection", "transmission", "diffuse")
-    rays = sum(getattr(tally, f"rays_{kind}") for kind in kinds)
-    values: dict[str, Any] = {f"rays_{kind}": getattr(tally, f"rays_{kind}") for kind in kinds}
+    rays = tally.rays
+    values: dict[str, Any] = {f"rays_{kind}": getattr(tally, f"rays_{kind}") for kind in RAY_KINDS}
     values |= {
         "rays_per_pixel": rays / max(pixels, 1),
         "self_hits": tally.self_hits,

@@ -101,8 +101,8 @@ def _triangulate(
     flipped = np.flatnonzero(_is_concave_at_ends(positions, corner_vertex, first))
     rows = np.flatnonzero(second).take(flipped)
     base = first.take(flipped)[:, None]
-    corners[rows - 1] = base + np.array([0, 1, 3], np.int32)
-    corners[rows] = base + np.array([1, 2, 3], np.int32)
+    corners[rows - 1] = base + _OTHER[:3]
+    corners[rows] = base + _OTHER[3:]
     return corners
 
 

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Index, Scalar, Vec, check, dot, normalize
+from ..arrays import F32, Ids, Index, Scalar, Vec, check, dot, normalize, take
 from .accel import Hits
 from .mesh import FLAT, MATERIAL, OFFSET, PLANE, SMOOTH, Triangles
 
@@ -63,9 +63,9 @@ class Points:
             self.offset.take(index),
             self.triangle.take(index),
             self.material.take(index),
-            None if self.smooth is None else self.smooth.take(index),
-            None if self.u is None else self.u.take(index),
-            None if self.v is None else self.v.take(index),
+            take(self.smooth, index),
+            take(self.u, index),
+            take(self.v, index),
         )
 
     @cached_property

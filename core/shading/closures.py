@@ -71,6 +71,11 @@ class SurfaceTable:
     parameters: NDArray[np.float32]
     emission: NDArray[np.float32] | None
 
+    @property
+    def has_specular(self) -> bool:
+        """Whether any closure scatters into single directions only."""
+        return any(module.IS_DELTA for module in self.modules)
+
     def run(self, points: Points) -> Closures:
         """Return the lobes at `points`."""
         groups = []

@@ -113,15 +113,14 @@ def _light_of_chosen(
         u, v = draws.pair(dimension(LIGHT, bounce), to.slot, item, split)
         chosen, probability, _ = lights.choose(pick)
         for index, lamps in lights.split(chosen):
-            group = Group(
-                to.group.module, None, to.group.weight, to.group.parameters.take(index, axis=1)
+            part = Receiver(
+                to.points.take(index), to.group.take(index), to.start.take(index, axis=1), None
             )
-            part = Receiver(to.points.take(index), group, to.start.take(index, axis=1), None)
             seen = _visible(plan, part, lamps, u.take(index), v.take(index), tally)
             if seen is not None:
                 seen /= probability.take(index) * F32(split)
                 seen *= bounce <= lamps.max_bounces
-                seen *= (lamps.seen_by & group.module.RAY_KIND) != 0
+                seen *= (lamps.seen_by & to.group.module.RAY_KIND) != 0
                 light = lamps.colour * seen
                 for channel, value in zip(total, light, strict=True):
                     channel[index] += value

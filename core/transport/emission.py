@@ -7,14 +7,14 @@ again; camera rays and mirrored or refracted rays do, where the lamp lets itself
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Index, Scalar, Vec, dot
+from ..arrays import F32, Index, Scalar, Vec, dot, take
 from ..bsdf import CAMERA, DIFFUSE, EVERY_KIND
 from ..geometry.accel import Hits
 from ..geometry.surface import Points
 from ..lights import Lights, meet, visible
 from ..plan import LampHulls, Plan
 from ..statistics import Tally
-from .radiance import Radiance, subset, weigh
+from .radiance import Radiance, weigh
 from .state import Paths, Rays
 
 # Lamps that one ray can cross; Blender counts those behind each other up to 8.
@@ -29,8 +29,7 @@ def add_world(
         return
     escaped = np.flatnonzero(hits.triangle < 0)
     if plan.world_seen_by != EVERY_KIND:
-        kind = np.full(paths.size, CAMERA, np.uint8) if paths.kind is None else paths.kind
-        seen = visible(plan.world_seen_by, kind.take(escaped))
+        seen = visible(plan.world_seen_by, _kinds(paths).take(escaped))
         escaped = escaped.take(np.flatnonzero(seen))
     light = np.broadcast_to(plan.world, (3, escaped.size))
     _add(light, paths, escaped, bounce, radiance)
@@ -58,15 +57,10 @@ def add_lamps(
     """Add the light of lamps that paths cross before their hit; lamps do not block."""
     if plan.lights is None or not plan.lamps_seen_by:
         return
-    if paths.kind is None:
-        if not plan.lamps_seen_by & CAMERA:
-            return
-        index = np.arange(paths.size)
-        kinds = np.full(paths.size, CAMERA, np.uint8)
-    else:
-        met = (paths.kind & plan.lamps_seen_by) != 0
-        index = np.flatnonzero(met & ((paths.kind & DIFFUSE) == 0))
-        kinds = paths.kind.take(index)
+    kinds = _kinds(paths)
+    met = (kinds & plan.lamps_seen_by) != 0
+    index = np.flatnonzero(met & ((kinds & DIFFUSE) == 0))
+    kinds = kinds.take(index)
     if not index.size:
         return
 
@@ -82,6 +76,10 @@ def add_lamps(
     lit = np.flatnonzero(light.any(axis=0))
     if lit.size:
         _add(light.take(lit, axis=1), paths, index.take(lit), bounce, radiance)
+
+
+def _kinds(paths: Paths) -> NDArray[np.uint8]:
+    return np.full(paths.size, CAMERA, np.uint8) if paths.kind is None else paths.kind
 
 
 def _meet_by_hulls(
@@ -133,4 +131,4 @@ def _meet_by_hulls(
 def _add(light: np.ndarray, paths: Paths, index: Index, bounce: int, radiance: Radiance) -> None:
     # What a first bounce finds is still direct light, of a mesh or of the sky.
     slot = index if paths.slot is None else paths.slot.take(index)
-    radiance.add(weigh(light, subset(paths.throughput, index)), slot, bounce - 1)
+    radiance.add(weigh(light, take(paths.throughput, index)), slot, bounce - 1)

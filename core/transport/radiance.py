@@ -6,7 +6,7 @@ unique, parents too, so every addition is a plain indexed one.
 
 import numpy as np
 
-from ..arrays import F32, Index, Scalar, Vec, check
+from ..arrays import F32, Index, Vec, check
 
 
 class Radiance:
@@ -58,8 +58,3 @@ class Radiance:
 def weigh(light: Vec, throughput: Vec | None) -> Vec:
     """Return light (3, n) times what of it reaches the viewer; None is all of it."""
     return light if throughput is None else light * throughput
-
-
-def subset(array: Vec | Scalar | None, index: Index) -> Vec | Scalar | None:
-    """Return columns `index` of an array that may be absent."""
-    return None if array is None else array.take(index, axis=-1)

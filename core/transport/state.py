@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Ids, Index, Scalar, Vec
+from ..arrays import Ids, Index, Scalar, Vec, take
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +35,8 @@ class Rays:
         return Rays(
             self.origin.take(index, axis=1),
             self.direction.take(index, axis=1),
-            _columns(self.far, index),
-            _columns(self.left, index),
+            take(self.far, index),
+            take(self.left, index),
         )
 
 
@@ -61,16 +61,12 @@ class Paths:
         """Return the paths at `index` (M,); slots that were implied become explicit."""
         return Paths(
             index.size,
-            _columns(self.throughput, index),
+            take(self.throughput, index),
             index if self.slot is None else self.slot.take(index),
-            _columns(self.kind, index),
-            _columns(self.count, index),
-            _columns(self.last, index),
+            take(self.kind, index),
+            take(self.count, index),
+            take(self.last, index),
         )
-
-
-def _columns(array: Any, index: Index) -> Any:
-    return None if array is None else array.take(index, axis=-1)
 
 
 def join(pieces: list[tuple[Rays, Paths]]) -> tuple[Rays, Paths]:

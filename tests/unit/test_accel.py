@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from penumbra.core.geometry import accel as accel_module
 from penumbra.core.geometry.accel import FAR, compile_accel
 from penumbra.core.geometry.mesh import compile_triangles
 from penumbra.core.statistics import Tally
@@ -58,6 +59,23 @@ def test_closest_hits_are_those_of_brute_force(is_quick):
     u, v = hits.u[found, None], hits.v[found, None]
     point = corner[:, 0] * (1 - u - v) + corner[:, 1] * u + corner[:, 2] * v
     np.testing.assert_allclose(point.T, (origin + direction * hits.t)[:, found], atol=1e-5)
+
+
+def test_chunks_uploaded_through_embreex_are_hit_as_the_shared_triangles_are(monkeypatch):
+    shapes = [s.quad(centre=(0, 0, z / 10)) for z in range(-20, 20)]
+    _, shared = build(*shapes)
+    monkeypatch.setattr(accel_module.embree, "open_library", lambda package: None)
+    monkeypatch.setattr(accel_module, "CHUNK", 20)
+    _, uploaded = build(*shapes)
+    assert len(shared.parts[0].first) == 1
+    assert len(uploaded.parts[0].first) == 4
+    origin, direction = rays(2000)
+    a = shared.closest(origin, direction, None, None, Tally())
+    b = uploaded.closest(origin, direction, None, None, Tally())
+    assert (a.triangle >= 0).any()
+    assert (a.triangle < 0).any()
+    np.testing.assert_array_equal(a.triangle, b.triangle)
+    np.testing.assert_array_equal(a.t, b.t)
 
 
 def test_rays_end_at_their_own_distance():
