@@ -111,6 +111,11 @@ def bench(argv: list[str]) -> int:
     return _call(_command(_newest("render"), "penumbra.benchmarks", argv))
 
 
+def parity(argv: list[str]) -> int:
+    """Compare scenes, one for each feature, with Cycles; parity --help lists the options."""
+    return _call(_command(_newest("render", "parity"), "penumbra.parity", argv))
+
+
 def examples(argv: list[str]) -> int:
     """Make the example files and their pictures again: [NAME ...]."""
     folder = ROOT / "examples"
@@ -143,7 +148,8 @@ def stages(argv: list[str]) -> int:
 
 
 COMMANDS = {
-    command.__name__: command for command in (render, test, bench, build, lint, examples, stages)
+    command.__name__: command
+    for command in (render, test, bench, parity, build, lint, examples, stages)
 }
 
 

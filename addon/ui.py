@@ -34,6 +34,7 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "use_adaptive_sampling",
             "adaptive_threshold",
             "adaptive_min_samples",
+            "use_light_tree",
             "light_sampling_threshold",
             "use_denoising",
         ),
@@ -61,6 +62,8 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "pixel_filter_type",
             "filter_width",
             "render:film_transparent",
+            "film_transparent_glass",
+            "film_transparent_roughness",
         ),
     ),
     ("Performance", ("render:threads_mode", "render:threads", "instance_memory")),
@@ -71,6 +74,10 @@ ACTIVE = {
     "sample_offset": lambda settings, render: settings.use_sample_subset,
     "sample_subset_length": lambda settings, render: settings.use_sample_subset,
     "filter_width": lambda settings, render: settings.pixel_filter_type != "BOX",
+    "film_transparent_glass": lambda settings, render: render.film_transparent,
+    "film_transparent_roughness": lambda settings, render: (
+        render.film_transparent and settings.film_transparent_glass
+    ),
     "threads": lambda settings, render: render.threads_mode == "FIXED",
 }
 

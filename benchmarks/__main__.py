@@ -55,6 +55,7 @@ def bench_scene(
 
     # Put together times, errors and ratios.
     result: dict[str, Any] = {"name": scene.name, "size": size, "settings": scene.settings}
+    result["target"] = scene.target
     if truth:
         result["reference"] = {
             "samples": scene.reference,
@@ -70,6 +71,7 @@ def bench_scene(
         for engine in ENGINES
     }
     result["ratio"] = ratios(result["engines"], bool(truth))
+    result["reached"] = reached(scene.target, result["ratio"])
     return result
 
 
@@ -114,6 +116,13 @@ def ratios(engines: dict[str, list[dict[str, Any]]], has_error: bool) -> dict[st
     return result
 
 
+def reached(target: float | None, ratio: dict[str, Any]) -> bool | None:
+    """Tell whether the ratio at equal relMSE is the target's or more; None if either lacks."""
+    if target is None or "relmse" not in ratio:
+        return None
+    return bool(ratio["relmse"]["ratio"] >= target)
+
+
 def say(text: str) -> None:
     """Show what is being done, on stderr."""
     print(text, file=sys.stderr, flush=True)
@@ -128,11 +137,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--repeats", type=int, help="of each render (3; 1 if quick)")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="all by default")
     parser.add_argument("--json", type=Path, help="write all numbers here (see README.md)")
+    parser.add_argument("--save", type=Path, metavar="FOLDER", help="only write .blend files there")
     options = parser.parse_args(argv)
     if options.threads < 1 or (options.repeats is not None and options.repeats < 1):
         parser.error("--threads and --repeats need at least 1")
     if options.json and not options.json.resolve().parent.is_dir():
         parser.error(f"--json {options.json}: there is no such folder")
+    if options.save and not options.save.is_dir():
+        parser.error(f"--save {options.save}: there is no such folder")
 
     chosen = [s for s in SCENES if not options.scene or s.name in options.scene]
     repeats = options.repeats or (1 if options.quick else 3)
@@ -140,8 +152,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     results = []
     try:
         workers = {engine: Worker() for engine in ENGINES}
-        versions = workers["CYCLES"].call("version")
-        workers["PENUMBRA"].call("version")
+        versions = [worker.call("version") for worker in workers.values()][0]
+        if options.save:
+            for scene in chosen:
+                workers["CYCLES"].open(scene)
+                path = options.save.resolve() / f"{scene.name}.blend"
+                workers["CYCLES"].call("save", path=str(path))
+            return 0
         for scene in chosen:
             entry = scene.quick() if options.quick else scene
             result = bench_scene(entry, workers, options.threads, repeats, versions["blender"])

@@ -47,7 +47,8 @@ class Worker:
         """Open a scene; return the picture's width and height."""
         blend = scene.blend()
         path = None if blend is None else str(blend)
-        width, height = self.call("open", blend=path, percentage=scene.percentage)["size"]
+        answer = self.call("open", scene=scene.name, blend=path, percentage=scene.percentage)
+        width, height = answer["size"]
         return width, height
 
     def render(

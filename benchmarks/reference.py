@@ -1,18 +1,20 @@
 """scene -> converged picture.  Rendered by Cycles in two halves of different seeds, and kept.
 
-The folder `cache` beside this file is not tracked; a file's name holds a hash of the .blend, the
-settings, the sample count and Blender's version, so that a changed scene is rendered anew.
+The folder `cache` beside this file is not tracked; a file's name holds a hash of the .blend or the
+code that builds the scene, the settings, the size, the sample count and Blender's version, so that
+a changed scene is rendered anew.
 """
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import built
 from .errors import measure
 from .scenes import Scene
 
@@ -31,11 +33,7 @@ class Reference:
 
 def reference(scene: Scene, cycles: Any, threads: int, blender: str) -> Reference:
     """Return the reference from the cache, or render it with the worker `cycles`."""
-    blend = scene.blend()
-    assert blend is not None
-    digest = hashlib.sha256(blend.read_bytes())
-    digest.update(json.dumps([asdict(scene), SEEDS, blender], sort_keys=True).encode())
-    path = CACHE / f"{scene.name}-{digest.hexdigest()[:16]}.npz"
+    path = CACHE / f"{scene.name}-{key(scene, blender)}.npz"
     if not path.exists():
         CACHE.mkdir(exist_ok=True)
         halves, seconds = [], 0.0
@@ -50,3 +48,12 @@ def reference(scene: Scene, cycles: Any, threads: int, blender: str) -> Referenc
         a, b, seconds = kept["a"], kept["b"], float(kept["seconds"])
     mean = (a + b) / 2
     return Reference(mean, measure((a - b) / 2, mean), seconds)
+
+
+def key(scene: Scene, blender: str) -> str:
+    """Return a hash of all that the reference depends on, and of nothing else."""
+    blend = scene.blend()
+    digest = hashlib.sha256(blend.read_bytes() if blend else built.fingerprint(scene.name))
+    rest = [scene.settings, scene.percentage, scene.reference, SEEDS, blender]
+    digest.update(json.dumps(rest, sort_keys=True).encode())
+    return digest.hexdigest()[:16]

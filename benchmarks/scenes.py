@@ -1,6 +1,6 @@
 """names -> benchmark scenes.  What is rendered, at which sizes and sample counts: one table."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -10,66 +10,48 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 class Scene:
     """A scene, what is changed in it, and the sample counts that make its error-time curve.
 
-    `source` is an example's name, or "" for the generated mesh.  Scenes without `reference`
-    samples have no error: only their wall time counts.
+    `example` names a file in `examples`; without one, the module `built.<name>` makes the scene.
+    Scenes without `reference` samples have no error: only their wall time counts. `target` is how
+    many times longer than Penumbra Cycles shall take to the same relMSE.
     """
 
     name: str
-    source: str
+    example: str = ""
     settings: dict[str, int] = field(default_factory=dict)
     percentage: int = 100  # of the size stored in the file
     samples: tuple[int, ...] = (8, 16, 32, 64, 128)
     reference: int = 2048  # samples of the reference, half of them with another seed
+    target: float | None = None
 
     def quick(self) -> "Scene":
-        """Return the same scene, smaller and with fewer samples."""
+        """Return the same scene, smaller and with fewer samples; no target is set for that."""
         if not self.reference:
             return self
-        ladder, percentage = (4, 8, 16, 32), self.percentage // 2
-        return Scene(self.name, self.source, self.settings, percentage, ladder, 512)
+        return replace(
+            self,
+            percentage=self.percentage // 2,
+            samples=tuple(count // 2 for count in self.samples[:4]),
+            reference=min(512, self.reference // 2),
+            target=None,
+        )
 
     def blend(self) -> Path | None:
-        """Return the file to open, or None for the generated mesh."""
-        return EXAMPLES / f"{self.source}.blend" if self.source else None
+        """Return the file to open, or None for a scene that is built."""
+        return EXAMPLES / f"{self.example}.blend" if self.example else None
 
 
+FEW = (4, 8, 16, 32, 64)
 SCENES = (
-    Scene("cornell_direct", "cornell_box", {"max_bounces": 0}),
-    Scene("cornell_gi", "cornell_box", {"max_bounces": 4, "diffuse_bounces": 4}),
+    Scene("cornell_direct", "cornell_box", {"max_bounces": 0}, target=4.0),
+    Scene("cornell_gi", "cornell_box", {"max_bounces": 4, "diffuse_bounces": 4}, target=3.0),
     Scene("lamps", "lamps", percentage=60),
     Scene("mirrors", "mirrors", percentage=60),
-    Scene("glass", "glass", percentage=60),
-    Scene("big_mesh", "", samples=(1,), reference=0),
+    Scene("caustics", "glass", percentage=60),
+    Scene("glossy_interior", samples=FEW, reference=512, target=3.0),
+    Scene("glass", samples=FEW, reference=768, target=3.0),
+    Scene("many_lights", samples=(2, 4, 8, 16, 32), reference=256, target=3.0),
+    Scene("many_emitters", samples=FEW, reference=384, target=3.0),
+    Scene("hdri_object", samples=FEW, reference=1024, target=3.0),
+    Scene("emissive_mesh", samples=FEW, reference=768, target=3.0),
+    Scene("big_mesh", samples=(1,), reference=0),
 )
-
-
-def build_big_mesh() -> None:
-    """Make a wavy carpet of two million triangles, seen in 16 x 16 pixels, in an empty file."""
-    import bpy
-    import numpy as np
-
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    count = 1000
-    x, y = np.meshgrid(*[np.linspace(-1, 1, count + 1, dtype=np.float32)] * 2)
-    positions = np.stack([x, y, 0.1 * np.sin(9 * x) * np.cos(7 * y)], axis=-1).reshape(-1, 3)
-    first = (np.arange(count)[:, None] * (count + 1) + np.arange(count)).ravel()
-    a, b, c, d = first, first + 1, first + count + 2, first + count + 1
-    corners = np.stack([a, b, c, a, c, d], axis=1).ravel().astype(np.int32)
-
-    mesh = bpy.data.meshes.new("Carpet")
-    mesh.vertices.add(len(positions))
-    mesh.vertices.foreach_set("co", positions.ravel())
-    mesh.loops.add(len(corners))
-    mesh.loops.foreach_set("vertex_index", corners)
-    mesh.polygons.add(len(corners) // 3)
-    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 3, dtype=np.int32))
-    mesh.update(calc_edges=True)
-
-    scene = bpy.context.scene
-    lamp, camera = bpy.data.lights.new("Sun", "SUN"), bpy.data.cameras.new("Camera")
-    for name, data, height in (("Carpet", mesh, 0), ("Sun", lamp, 3), ("Camera", camera, 3)):
-        thing = bpy.data.objects.new(name, data)
-        thing.location.z = height
-        scene.collection.objects.link(thing)
-    scene.camera = scene.objects["Camera"]
-    scene.render.resolution_x = scene.render.resolution_y = 16

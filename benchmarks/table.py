@@ -2,6 +2,8 @@
 
 from typing import Any
 
+VERDICTS = {True: "reached", False: "not reached", None: "not measured"}
+
 
 def print_scene(result: dict[str, Any]) -> None:
     """Print one scene: its points by engine, then the stages of Penumbra."""
@@ -33,11 +35,11 @@ def print_scene(result: dict[str, Any]) -> None:
 
 def print_summary(results: list[dict[str, Any]]) -> None:
     """Print how many times longer Cycles takes."""
-    print("\nCycles' time / Penumbra's       equal error (relMSE)    trimmed       RMSE")
+    print("\nCycles' time / Penumbra's       equal error (relMSE)    trimmed       RMSE  target")
     print("scene            equal samples  mean (least..most)")
     for result in results:
         ratio = result["ratio"]
-        line = f"{result['name']:16s} {ratio['equal_samples']:13.2f}"
+        line, note = f"{result['name']:16s} {ratio['equal_samples']:13.2f}", ""
         if "relmse" in ratio:
             r = ratio["relmse"]
             line += f"  {r['ratio']:.2f} ({r['smallest']:.2f}..{r['largest']:.2f})".ljust(24)
@@ -46,5 +48,7 @@ def print_summary(results: list[dict[str, Any]]) -> None:
                 for m in ("relmse_trimmed", "rmse")
             )
             if any(r["method"] == "extrapolated" for m, r in ratio.items() if m != "equal_samples"):
-                line += "  extrapolated"
-        print(line)
+                note = "  extrapolated"
+        if result["target"] is not None:
+            line = f"{line:74s}{result['target']:6.1f} {VERDICTS[result['reached']]}"
+        print(line + note)

@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .scenes import build_big_mesh
+from . import built
 
 # What both engines are told, so that nothing but the samples decides about the error.
 COMMON = {"use_adaptive_sampling": False, "use_denoising": False, "time_limit": 0.0}
@@ -23,10 +23,10 @@ COMMON |= {"sample_clamp_direct": 0.0, "sample_clamp_indirect": 0.0, "blur_gloss
 COMMON |= {"pixel_filter_type": "BLACKMAN_HARRIS", "filter_width": 1.5}
 
 
-def open_scene(blend: str | None, percentage: int) -> dict[str, Any]:
-    """Open the file, or make the big mesh; return the picture's size."""
+def open_scene(scene: str, blend: str | None, percentage: int) -> dict[str, Any]:
+    """Open the file, or build the scene of this name; return the picture's size."""
     if blend is None:
-        build_big_mesh()
+        built.build(scene)
     else:
         bpy.ops.wm.open_mainfile(filepath=blend)
     render = bpy.context.scene.render
@@ -90,6 +90,13 @@ def _pixels() -> np.ndarray:
     return flat.reshape(height, width, -1)[..., :3]
 
 
+def save_scene(path: str) -> dict[str, Any]:
+    """Write the open scene, with its picture if it has one, to a .blend file."""
+    bpy.ops.file.pack_all()
+    bpy.ops.wm.save_as_mainfile(filepath=path, compress=True)
+    return {}
+
+
 def version() -> dict[str, Any]:
     """Return the versions that the numbers depend on."""
     import penumbra
@@ -103,7 +110,7 @@ def main() -> None:
     # Blender prints to stdout: keep the real one for the answers.
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    calls = {"open": open_scene, "render": render_scene, "version": version}
+    calls = {"open": open_scene, "save": save_scene, "render": render_scene, "version": version}
     for line in sys.stdin:
         request = json.loads(line)
         try:

@@ -59,6 +59,13 @@ def normalize(a: Vec) -> Vec:
     return a
 
 
+def unit(vector: Vec, length: Scalar) -> Vec:
+    """Return vectors (3, N) divided by their lengths (N,); a zero vector stays zero."""
+    out = np.empty_like(vector)
+    np.divide(vector, np.maximum(length, F32(1e-30)), out=out)
+    return out
+
+
 def frame(normal: Vec) -> tuple[Vec, Vec]:
     """Return two unit vectors (3, N) that make a right-handed frame with the unit `normal`.
 

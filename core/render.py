@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import F32, Scalar
-from .film.film import Film, new_film
+from .film.film import Film, new_film, rows
+from .pages import keep_pages, release_pages
 from .plan import Plan
 from .sampling.dimensions import PIXEL
 from .sampling.draws import Draws, Numbers, pixel_keys
@@ -113,8 +114,9 @@ def render(
     threads = 0 uses all cores.  A stopped render keeps what it has.
     """
     start = perf_counter()
+    keep_pages()
     x0, y0, x1, y1 = plan.rectangle
-    film = new_film(x1 - x0, y1 - y0, plan.film_transparent)
+    film = new_film(x1 - x0, y1 - y0, plan.passes)
     pixels = film.counts.size
     work = (plan.samples[1] - plan.samples[0]) * pixels
     workers = threads or os.cpu_count() or 1
@@ -161,6 +163,7 @@ def render(
         except BaseException:
             stop.set()
             raise
+    release_pages()
     seconds = perf_counter() - start
     return Picture(
         film,
@@ -216,7 +219,7 @@ def _sample(
     tally.start()
     block, numbers = batch.block, batch.numbers
     pixels = block.key.size
-    sums = np.zeros((3 + plan.film_transparent, pixels), F32)
+    sums = np.zeros((rows(plan.passes), pixels), F32)
 
     # Small pictures take several samples at once: a wave is about a batch of slots.
     together = max(1, min(batch.end - batch.first, plan.batch // pixels))
@@ -228,12 +231,14 @@ def _sample(
         origin, direction, far = plan.camera.rays(x, y, u, v)
         tally.rays_camera += u.size
         tally.lap("camera")
-        radiance, alpha = trace(plan, Rays(origin, direction, far), draws, tally, stop)
+        found = trace(plan, Rays(origin, direction, far), draws, tally, stop)
         if stop.is_set():
             break
-        sums[:3] += radiance if samples == 1 else radiance.reshape(3, samples, -1).sum(axis=1)
-        if alpha is not None:
-            sums[3] += alpha.reshape(samples, -1).sum(axis=0)
+        row = 0
+        for each in found:
+            each = each.reshape(-1, samples, pixels)
+            sums[row : row + len(each)] += each[:, 0] if samples == 1 else each.sum(axis=1)
+            row += len(each)
         tally.samples += u.size
         tally.lap("film")
         done += samples

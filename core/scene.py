@@ -12,6 +12,14 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
+# Kinds of rays, a bit each.  A ray is of the kind of what scattered it last; a transmitted one is
+# diffuse or glossy besides, but only its transmission counts for what sees what (Cycles).
+CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW = 1, 2, 4, 8, 16
+
+EVERY_SET = (
+    1 << 64
+) - 1  # of light linking: a mask with a bit for each of the 64 sets there can be
+
 Colour = tuple[float, float, float]
 Socket = Union[float, Colour, str, bool, "Link", None]
 
@@ -57,10 +65,20 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A named surface shader; `surface=None` is a surface that neither scatters nor emits."""
+    """A named surface shader; `surface=None` is a surface that neither scatters nor emits.
+
+    Without `transparent_shadow` light passes no transparent part of it.  emission_sampling: NONE,
+    AUTO, FRONT, BACK or FRONT_BACK, the sides that are sampled where it glows.
+    """
 
     name: str
     surface: Node | None = None
+    transparent_shadow: bool = True
+    emission_sampling: str = "AUTO"
+    index: int = 0  # as the user numbers it
+
+
+UNIT_SPACE = (np.zeros(3), np.ones(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +87,8 @@ class Mesh:
 
     positions (V, 3) float32 or float64 [m]; triangles (F, 3) int32; normals: None where all
     faces are flat, (V, 3) per vertex or (F, 3, 3) per corner, float32, unit; slots: None where
-    all triangles use material slot 0, else (F,) int32.
+    all triangles use material slot 0, else (F,) int32; texture_space: the middle and the half
+    size (3,) of the box that generated coordinates fill.
     """
 
     name: str
@@ -77,6 +96,7 @@ class Mesh:
     triangles: NDArray[np.int32]
     normals: NDArray[np.float32] | None = None
     slots: NDArray[np.int32] | None = None
+    texture_space: tuple[NDArray[np.float64], NDArray[np.float64]] = UNIT_SPACE
 
     def __post_init__(self) -> None:
         vertices, faces = len(self.positions), len(self.triangles)
@@ -96,27 +116,73 @@ class Mesh:
                 )
 
 
-@dataclass(frozen=True, eq=False)
-class Instance:
-    """A mesh in the world: its name, its affine to_world (3, 4) float64, its slots' materials."""
-
-    name: str
-    mesh: Mesh
-    to_world: NDArray[np.float64]
-    materials: tuple[Material | None, ...] = ()
-
-    def __post_init__(self) -> None:
-        _affine(f"Object '{self.name}'", self.to_world)
-
-
 @dataclass(frozen=True)
 class RayKinds:
-    """Which rays see a thing, by what scattered them last."""
+    """Which rays see a thing, by what scattered them last; shadow rays meet what casts shadows."""
 
     camera: bool = True
     diffuse: bool = True
     glossy: bool = True
     transmission: bool = True
+    shadow: bool = True
+
+    @property
+    def mask(self) -> int:
+        """The bits CAMERA ... SHADOW of the kinds that see it."""
+        mask = CAMERA * bool(self.camera) | DIFFUSE * bool(self.diffuse)
+        mask |= GLOSSY * bool(self.glossy) | TRANSMISSION * bool(self.transmission)
+        return mask | SHADOW * bool(self.shadow)
+
+
+@dataclass(frozen=True)
+class Label:
+    """What shaders can tell an instance by: colours and numbers that the user gave it.
+
+    random: 0 to 1; generated and uv: where its instancer made it, in the instancer's terms.
+    """
+
+    colour: Colour = (1.0, 1.0, 1.0)
+    alpha: float = 1.0
+    index: int = 0
+    random: float = 0.0
+    generated: Colour = (0.0, 0.0, 0.0)
+    uv: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A mesh in the world: its name, its affine to_world (3, 4) float64, its slots' materials.
+
+    Linking: objects belong to one of up to 64 sets of receivers and to one of blockers, 0 unless
+    something links them.  What glows lights the sets of `receivers`, a mask, and only the sets
+    of `blockers` cast shadows of its light.
+
+    Where smooth: below the cosine `terminator_geometry` shadow rays start from the surface that
+    the normals imply; `terminator_shading`, 0 to 2, darkens what light grazes.
+    """
+
+    name: str
+    mesh: Mesh
+    to_world: NDArray[np.float64]
+    materials: tuple[Material | None, ...] = ()
+    seen_by: RayKinds = RayKinds()
+    is_holdout: bool = False
+    is_shadow_catcher: bool = False
+    receiver_set: int = 0
+    blocker_set: int = 0
+    receivers: int = EVERY_SET
+    blockers: int = EVERY_SET
+    label: Label = Label()
+    terminator_geometry: float = 0.1
+    terminator_shading: float = 0.0
+
+    def __post_init__(self) -> None:
+        owner = f"Object '{self.name}'"
+        _affine(owner, self.to_world)
+        _links(owner, self.receivers, self.blockers)
+        for number in (self.receiver_set, self.blocker_set):
+            if not 0 <= number < 64:
+                raise SceneError(f"{owner}: there is no light linking set {number}, only 0 to 63")
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +210,16 @@ class Lamp:
     spread: float = np.pi  # AREA: full angle of the emission cone [rad]
     max_bounces: int = 1024  # paths with more bounces do not see it
     seen_by: RayKinds = RayKinds(camera=False)
+    casts_shadow: bool = True
+    sampled: bool = True  # rays that run into it see it, too (multiple importance sampling)
+    receivers: int = EVERY_SET  # mask of the light linking sets that it lights
+    blockers: int = EVERY_SET  # mask of those that cast its shadows
+    lights_catchers: bool = True  # its light counts where shadow catchers are alone
+    surface: Node | None = None  # a shader whose emission multiplies the strength
 
     def __post_init__(self) -> None:
         owner = f"Light '{self.name}'"
+        _links(owner, self.receivers, self.blockers)
         if self.kind not in ("POINT", "SPOT", "SUN", "AREA"):
             raise SceneError(f"{owner}: unknown kind {self.kind!r}")
         _affine(owner, self.to_world)
@@ -161,6 +234,9 @@ class World:
     name: str = "World"
     surface: Node | None = None
     seen_by: RayKinds = RayKinds()
+    sampled: bool = True  # rays are also sent towards where it is bright
+    max_bounces: int = 1024  # paths with more bounces send none there
+    casts_shadow: bool = True  # of those rays
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +289,11 @@ def _shape(mesh: Mesh, name: str, expected: tuple[int, ...]) -> None:
     actual = getattr(mesh, name).shape
     if actual != expected:
         raise SceneError(f"Mesh '{mesh.name}': {name} has shape {actual}, expected {expected}")
+
+
+def _links(owner: str, *masks: int) -> None:
+    if any(not 0 <= mask <= EVERY_SET for mask in masks):
+        raise SceneError(f"{owner}: a mask of light linking sets does not fit into 64 bits")
 
 
 def _affine(owner: str, matrix: NDArray[np.float64]) -> None:

@@ -35,7 +35,6 @@ def _count(default: int, label: str, help: str, low: int = 0, high: int = 1024) 
 
 
 _ADAPTIVE = "adaptive sampling: every pixel gets all its samples"
-_CAUSTICS = "caustics switches: all caustics are rendered"
 
 PATTERNS = (
     ("SOBOL", "Sobol", "Owen-scrambled Sobol sequence: the lowest error, for any sample count"),
@@ -139,7 +138,6 @@ class Settings:
         "Transparent surfaces that a ray passes",
         minimum=0,
         maximum=1024,
-        awaits="transparency",
     )
     sample_clamp_direct: float = _option(
         0.0, "Clamp Direct", "Largest direct light of a sample; no limit if 0", minimum=0.0
@@ -147,13 +145,18 @@ class Settings:
     sample_clamp_indirect: float = _option(
         10.0, "Clamp Indirect", "Largest indirect light of a sample; no limit if 0", minimum=0.0
     )
+    use_light_tree: bool = _option(
+        True,
+        "Light Tree",
+        "Trace all light samples; many lights are chosen by what they contribute anyhow",
+    )
     light_sampling_threshold: float = _option(
         0.01,
         "Light Sampling Threshold",
-        "Light samples that add less than this are left out at random, without bias",
+        "Without Light Tree: light samples that add less than this are left out at random, without "
+        "bias",
         minimum=0.0,
         maximum=1.0,
-        awaits="light sampling threshold: all light samples are traced, the picture is the same",
     )
     blur_glossy: float = _option(
         1.0,
@@ -161,13 +164,12 @@ class Settings:
         "Blur reflections that are seen after a diffuse bounce",
         minimum=0.0,
         maximum=10.0,
-        awaits="filter glossy: caustics stay sharp",
     )
     caustics_reflective: bool = _option(
-        True, "Reflective Caustics", "Light that mirrors throw on matte surfaces", awaits=_CAUSTICS
+        True, "Reflective Caustics", "Light that mirrors throw on matte surfaces"
     )
     caustics_refractive: bool = _option(
-        True, "Refractive Caustics", "Light that glass throws on matte surfaces", awaits=_CAUSTICS
+        True, "Refractive Caustics", "Light that glass throws on matte surfaces"
     )
 
     # Film
@@ -179,6 +181,19 @@ class Settings:
     )
     film_exposure: float = _option(
         1.0, "Exposure", "Factor on the brightness of the picture", minimum=0.0, maximum=2.0**32
+    )
+
+    film_transparent_glass: bool = _option(
+        False,
+        "Transparent Glass",
+        "With a transparent film, what is seen through glass is transparent, too",
+    )
+    film_transparent_roughness: float = _option(
+        0.1,
+        "Transparent Roughness Threshold",
+        "Glass of more than this roughness stays opaque",
+        minimum=0.0,
+        maximum=1.0,
     )
 
     # Performance

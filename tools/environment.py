@@ -79,6 +79,7 @@ PURPOSES = {
         "pygments==2.21.0",
         "colorama==0.4.6",
     ),
+    "parity": ("flip-evaluator==1.7",),
     "lint": (
         "ruff==0.17.6",
         "mypy==2.4.1",

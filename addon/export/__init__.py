@@ -7,7 +7,8 @@ the mesh it makes; only meshes are taken, so each counts once.
 """
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -15,9 +16,11 @@ from numpy.typing import NDArray
 
 from ...core.scene import Cancelled, Instance, Lamp, Material, Mesh, Note, Scene
 from .geometry import export_mesh
+from .labels import read_label
 from .lights import Light, export_world, place_lamp, read_light
 from .materials import export_material
 from .view import Frame, export_camera, read_frame
+from .visibility import read_flags, read_light_flags, read_links
 
 __all__ = ["Frame", "export_camera", "export_scene", "read_frame"]
 
@@ -27,7 +30,6 @@ _NOT_RENDERED = {
     "POINTCLOUD": "point clouds are not rendered",
     "VOLUME": "volumes are not rendered",
 }
-_RAYS = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
 
 
 def export_scene(
@@ -46,7 +48,7 @@ def export_scene(
     notes.extend(_view_layer_notes(view_layer))
     if scene.render.use_motion_blur and view_layer.use_motion_blur:
         notes.append(Note("Render settings", "motion blur is not honoured: everything is still"))
-    content = _Content(view_layer, notes)
+    content = _Content(depsgraph, notes)
     for count, item in enumerate(depsgraph.object_instances):
         if count % _POLLED == 0 and should_stop():
             raise Cancelled
@@ -69,6 +71,7 @@ class _Shown(NamedTuple):
     name: str
     mesh: Mesh
     materials: tuple[Material, ...]
+    flags: dict[str, Any]
 
 
 class _Content:
@@ -78,7 +81,9 @@ class _Content:
     keyed by addresses, which stay put during one export.
     """
 
-    def __init__(self, view_layer: bpy.types.ViewLayer, notes: list[Note]) -> None:
+    def __init__(self, depsgraph: bpy.types.Depsgraph, notes: list[Note]) -> None:
+        view_layer = self.view_layer = depsgraph.view_layer_eval
+        self.links = read_links(depsgraph)
         self.instances: list[Instance] = []
         self.lamps: list[Lamp] = []
         self.surfaces = view_layer.use_solid
@@ -86,42 +91,57 @@ class _Content:
         self.notes = notes
         self.meshes: dict[int, Mesh] = {}
         self.materials: dict[int, Material] = {}
-        self.shown: dict[tuple[int, int], _Shown | None] = {}
-        self.lights: dict[int, Light | None] = {}
+        self.shown: dict[tuple[int, int, int], _Shown | None] = {}
+        self.lights: dict[tuple[int, int], Light | None] = {}
         self.noted: set[int] = set()
 
     def add(self, item: bpy.types.DepsgraphObjectInstance) -> None:
         """Take one item of the depsgraph: a mesh, a light, or something to note."""
         object = item.object
         kind = object.type
-        source = (item.instance_object or object) if item.is_instance else object
-        address = source.as_pointer()
+        source, parent = object, None
+        if item.is_instance:
+            source, parent = item.instance_object or object, item.parent
+        address, made_by = source.as_pointer(), parent.as_pointer() if parent else 0
         if address not in self.noted:
             self.noted.add(address)
             self.notes.extend(_object_notes(source))
         if kind in _NOT_RENDERED:
             self.notes.append(Note(f"Object '{object.name}'", _NOT_RENDERED[kind]))
         elif kind == "LIGHT" and item.show_self:
-            if address not in self.lights:
-                self.lights[address] = read_light(object, self.notes)
-            light = self.lights[address]
+            if (address, made_by) not in self.lights:
+                self.lights[address, made_by] = self.read_light(object, parent)
+            light = self.lights[address, made_by]
             lamp = light and place_lamp(light, _affine(item.matrix_world))
             if lamp is not None:
                 self.lamps.append(lamp)
         elif kind == "MESH" and self.surfaces and item.show_self:
-            key = address, object.data.as_pointer()
+            key = address, object.data.as_pointer(), made_by
             if key not in self.shown:
-                self.shown[key] = self.read(object)
+                self.shown[key] = self.read(object, parent)
             shown = self.shown[key]
             if shown is not None:
+                name, mesh, materials, flags = shown
                 matrix = _affine(item.matrix_world)
-                instance = Instance(shown.name, shown.mesh, matrix, shown.materials)
-                self.instances.append(instance)
+                label = read_label(item)
+                self.instances.append(Instance(name, mesh, matrix, materials, label=label, **flags))
 
-    def read(self, object: bpy.types.Object) -> _Shown | None:
-        """Return the mesh and the materials of an object; None if there is nothing to see."""
+    def read_light(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> Light | None:
+        """Return what all instances have in common that `parent` makes of a light object."""
+        light = read_light(object, self.notes)
+        if light is None:
+            return None
+        flags = read_light_flags(object, parent, self.view_layer, self.links)
+        return light._replace(lamp=replace(light.lamp, **flags))
+
+    def read(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> _Shown | None:
+        """Return what all instances of an object that `parent` makes have in common.
+
+        None if there is nothing to see.
+        """
         data = object.data
-        if not any(getattr(object, f"visible_{rays}") for rays in _RAYS):
+        flags = read_flags(object, parent, self.view_layer, self.links)
+        if not flags["seen_by"].mask:
             return None
         mesh = self.meshes.get(data.as_pointer())
         if mesh is None:
@@ -134,7 +154,7 @@ class _Content:
         # A face whose slot does not exist shows the last one
         highest = 0 if mesh.slots is None else int(mesh.slots.max())
         materials += materials[-1:] * (highest + 1 - len(materials))
-        return _Shown(object.name, mesh, tuple(materials))
+        return _Shown(object.name, mesh, tuple(materials), flags)
 
     def material(self, material: bpy.types.Material | None) -> Material:
         key = 0 if material is None else material.as_pointer()
@@ -161,20 +181,6 @@ def _affine(matrix: object) -> NDArray[np.float64]:
 def _object_notes(object: bpy.types.Object) -> Iterator[Note]:
     """Yield what an object asks for and does not get."""
     owner = f"Object '{object.name}'"
-    lamp = object.type == "LIGHT"
-    hidden = [rays for rays in _RAYS if not getattr(object, f"visible_{rays}")]
-    if lamp:
-        hidden = [rays for rays in hidden if rays in ("volume_scatter", "shadow")]
-    if hidden and len(hidden) < len(_RAYS):
-        rays = ", ".join(hidden).replace("_", " ")
-        yield Note(owner, f"it stays visible to rays that it is hidden from ({rays})")
-    if object.is_holdout:
-        yield Note(owner, "holdout is not honoured")
-    if object.is_shadow_catcher and not lamp:
-        yield Note(owner, "shadow catcher is not honoured")
-    linking = object.light_linking
-    if linking.receiver_collection or linking.blocker_collection:
-        yield Note(owner, "light linking is not honoured")
     for system in object.particle_systems:
         settings = system.settings
         if settings.type == "HAIR" and settings.render_type == "PATH":
@@ -196,16 +202,3 @@ def _view_layer_notes(view_layer: bpy.types.ViewLayer) -> Iterator[Note]:
         yield Note(owner, f"shader pass '{pass_.name}' is not rendered")
     for group in view_layer.lightgroups:
         yield Note(owner, f"light group '{group.name}' is not rendered")
-    yield from _collection_notes(view_layer.layer_collection)
-
-
-def _collection_notes(collection: bpy.types.LayerCollection) -> Iterator[Note]:
-    owner = f"Collection '{collection.name}'"
-    if collection.exclude:
-        return
-    if collection.holdout:
-        yield Note(owner, "holdout is not honoured")
-    if collection.indirect_only:
-        yield Note(owner, "indirect only is not honoured: the camera sees it")
-    for child in collection.children:
-        yield from _collection_notes(child)

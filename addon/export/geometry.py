@@ -44,6 +44,7 @@ def export_mesh(mesh: bpy.types.Mesh) -> Mesh:
         triangles=triangles,
         normals=_normals(mesh, corners),
         slots=_slots(mesh, faces),
+        texture_space=(np.array(mesh.texspace_location), np.array(mesh.texspace_size)),
     )
 
 

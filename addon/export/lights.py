@@ -38,28 +38,25 @@ class Light(NamedTuple):
 
 
 def read_light(object: bpy.types.Object, notes: list[Note]) -> Light | None:
-    """Return what all instances of a light object have in common; None for a portal."""
+    """Return what all instances of a light object have in common; None for a portal.
+
+    Who sees it and what it lights depends on what makes the instances, see `visibility`.
+    """
     light = object.data
     owner = f"Light '{light.name}'"
     cycles = getattr(light, "cycles", None)
     if cycles is not None and light.type == "AREA" and cycles.is_portal:
         return None
-    if not light.use_shadow:
-        notes.append(Note(owner, "it casts shadows although Cast Shadow is off"))
-    if cycles is not None and not cycles.use_multiple_importance_sampling:
-        notes.append(Note(owner, "it is seen in mirrors although Multiple Importance is off"))
+    colour, surface = _shader(light, owner, notes)
     lamp = Lamp(
         name=object.name,
         kind=light.type,
         to_world=np.eye(3, 4),
-        strength=_power(light, _shader_colour(light, owner, notes)),
+        strength=_power(light, colour),
         max_bounces=read_max_bounces(light),
-        seen_by=RayKinds(
-            object.visible_camera,
-            object.visible_diffuse,
-            object.visible_glossy,
-            object.visible_transmission,
-        ),
+        casts_shadow=getattr(light, "use_shadow", True),
+        sampled=getattr(cycles, "use_multiple_importance_sampling", True),
+        surface=surface,
     )
     return Light(_shape(lamp, light), getattr(light, "normalize", True))
 
@@ -120,20 +117,19 @@ def _power(light: bpy.types.Light, shader: Colour) -> Colour:
     return red, green, blue
 
 
-def _shader_colour(light: bpy.types.Light, owner: str, notes: list[Note]) -> Colour:
-    """Return what the light's own nodes multiply it with: a constant Emission, or a note."""
+def _shader(light: bpy.types.Light, owner: str, notes: list[Note]) -> tuple[Colour, Node | None]:
+    """Return what the light's own nodes multiply it with: a constant, and a shader if it varies."""
     tree = active_tree(light)
     if tree is None:
-        return _WHITE
+        return _WHITE, None
     node = export_tree(tree, owner, notes)
     if node is None:
-        return (0.0, 0.0, 0.0)
+        return (0.0, 0.0, 0.0), None
     colour, strength = node.inputs.get("Color"), node.inputs.get("Strength")
     if node.kind == "Emission" and isinstance(colour, tuple) and isinstance(strength, float):
         red, green, blue = (strength * c for c in colour)
-        return red, green, blue
-    notes.append(Note(owner, "its shader nodes are not honoured: it emits evenly"))
-    return _WHITE
+        return (red, green, blue), None
+    return _WHITE, node
 
 
 def export_world(world: bpy.types.World | None, notes: list[Note]) -> World | None:
@@ -153,6 +149,12 @@ def export_world(world: bpy.types.World | None, notes: list[Note]) -> World | No
         if kinds is not None
         else RayKinds()
     )
-    if read_max_bounces(world) < 1024:
-        notes.append(Note(f"World '{world.name}'", "Max Bounces is not honoured"))
-    return World(world.name, surface, seen_by)
+    cycles = getattr(world, "cycles", None)
+    return World(
+        world.name,
+        surface,
+        seen_by,
+        sampled=getattr(cycles, "sampling_method", "AUTOMATIC") != "NONE",
+        max_bounces=read_max_bounces(world),
+        casts_shadow=getattr(cycles, "use_shadows", True),
+    )

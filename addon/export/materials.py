@@ -4,7 +4,9 @@ A tree becomes a DAG of nodes: groups, reroutes, muted nodes and muted links are
 that is used twice is one object.  Inputs are keyed by socket identifier; a socket without a
 link carries its constant, one that stands for something of the hit point while unlinked (Normal,
 Vector) carries None.  Properties are the node's own RNA properties; nodes whose value sits on
-an output (RGB, Value, Normal) have it among the properties, under the output's identifier.
+an output (RGB, Value, Normal) have it among the properties, under the output's identifier; those
+that show an image have its ImageSource under `image`, None if none is chosen; ramps and curves
+have their values as a `table`; what makes colours of spectra says what the scene-linear space is.
 """
 
 from collections import deque
@@ -14,6 +16,8 @@ from typing import Any
 import bpy
 
 from ...core.scene import Link, Material, Node, Note, Socket
+from .curves import sample_curves, sample_ramp
+from .images import configuration, export_image, working_space
 
 Path = tuple[bpy.types.Node, ...]  # the group nodes that one is inside of
 
@@ -22,6 +26,8 @@ DEFAULT_SURFACE = Material("Default", Node("BsdfDiffuse", inputs={"Color": (0.8,
 # Properties of every node: where it is drawn, not what it does
 _COMMON = {prop.identifier for prop in bpy.types.ShaderNode.bl_rna.properties}
 _SIMPLE = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
+# Nodes that make colours of physical quantities ask what the scene-linear space is
+_COLOUR_MAKERS = {"ShaderNodeTexSky", "ShaderNodeBlackbody", "ShaderNodeWavelength"}
 _CARRIERS = {"RGBA": ("RGB", "Color"), "VECTOR": ("CombineXYZ", "Vector")}
 
 
@@ -34,7 +40,14 @@ def export_material(material: bpy.types.Material | None, notes: list[Note]) -> M
         colour = tuple(material.diffuse_color[:3])
         return Material(material.name, Node("BsdfDiffuse", inputs={"Color": colour}))
     surface = export_tree(tree, f"Material '{material.name}'", notes)
-    return Material(material.name, surface)
+    cycles = getattr(material, "cycles", None)  # there while the Cycles add-on is enabled
+    return Material(
+        material.name,
+        surface,
+        getattr(material, "use_transparent_shadow", True),
+        index=material.pass_index,
+        emission_sampling=getattr(cycles, "emission_sampling", "AUTO"),
+    )
 
 
 def active_tree(datablock: bpy.types.ID) -> bpy.types.NodeTree | None:
@@ -49,7 +62,7 @@ def export_tree(tree: bpy.types.NodeTree, owner: str, notes: list[Note]) -> Node
     output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
     if output is None:
         return None
-    reader = _Reader()
+    reader = _Reader(notes)
     for name, what in (("Volume", "volume shader"), ("Displacement", "displacement")):
         if name in output.inputs and isinstance(reader.read(output.inputs[name], ()), Link):
             notes.append(Note(owner, f"its {what} is not honoured"))
@@ -61,7 +74,8 @@ def export_tree(tree: bpy.types.NodeTree, owner: str, notes: list[Note]) -> Node
 class _Reader:
     """Reads one tree; breadth first, so that a long chain of nodes needs no deep recursion."""
 
-    def __init__(self) -> None:
+    def __init__(self, notes: list[Note]) -> None:
+        self.notes = notes
         self.nodes: dict[tuple[int, ...], Node] = {}
         self.links: dict[int, dict[int, bpy.types.NodeLink]] = {}
         self.unread: deque[tuple[bpy.types.Node, Path, dict[str, Socket]]] = deque()
@@ -123,7 +137,7 @@ class _Reader:
         if known is None:
             inputs: dict[str, Socket] = {}
             kind = node.bl_idname.removeprefix("ShaderNode")
-            known = Node(kind, node.label or node.name, inputs, dict(_properties(node)))
+            known = Node(kind, node.label or node.name, inputs, dict(_properties(node, self.notes)))
             self.nodes[key] = known
             self.unread.append((node, path, inputs))
         return known
@@ -176,8 +190,8 @@ def _by_identifier(
     return next((socket for socket in sockets if socket.identifier == identifier), None)
 
 
-def _properties(node: bpy.types.Node) -> Iterator[tuple[str, Any]]:
-    """Yield the node's own choices, and its value if that sits on an output."""
+def _properties(node: bpy.types.Node, notes: list[Note]) -> Iterator[tuple[str, Any]]:
+    """Yield the node's own choices, its image, and its value if that sits on an output."""
     for prop in node.bl_rna.properties:
         if prop.identifier not in _COMMON and prop.type in _SIMPLE:
             value = getattr(node, prop.identifier)
@@ -185,6 +199,38 @@ def _properties(node: bpy.types.Node) -> Iterator[tuple[str, Any]]:
                 prop.identifier,
                 tuple(value) if getattr(prop, "is_array", False) else value,
             )
+    if isinstance(getattr(node, "image_user", None), bpy.types.ImageUser):
+        yield "image", node.image and export_image(node.image, node.image_user, notes)
+    mapping = _texture_mapping(getattr(node, "texture_mapping", None))
+    if mapping is not None:
+        yield "texture_mapping", mapping
+    if node.bl_idname == "ShaderNodeTexVoronoi":
+        # Until then cells were hashed as floats.
+        yield "is_float", bpy.app.version < (5, 0, 0)
+    if isinstance(getattr(node, "color_ramp", None), bpy.types.ColorRamp):
+        yield "table", sample_ramp(node.color_ramp)
+        yield "is_stepped", node.color_ramp.interpolation == "CONSTANT"
+    if isinstance(getattr(node, "mapping", None), bpy.types.CurveMapping):
+        table, span = sample_curves(node.mapping)
+        yield "table", table
+        yield "span", span
+        yield "is_extended", node.mapping.extend == "EXTRAPOLATED"
+    if node.bl_idname == "ShaderNodeTexCoord" and node.object is not None:
+        yield "object", tuple(number for row in node.object.matrix_world[:3] for number in row)
+    if node.bl_idname in _COLOUR_MAKERS:
+        yield "working_space", working_space()
+        yield "config", configuration()
     if node.bl_idname in ("ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeNormal"):
         output = node.outputs[0]
         yield output.identifier, _constant(output)
+
+
+def _texture_mapping(mapping: bpy.types.TexMapping | None) -> tuple[Any, ...] | None:
+    """Return a texture's own mapping: kind, axes, location, rotation, scale; None if it is idle."""
+    if mapping is None:
+        return None
+    axes = mapping.mapping_x, mapping.mapping_y, mapping.mapping_z
+    numbers = tuple(mapping.translation), tuple(mapping.rotation), tuple(mapping.scale)
+    if axes == ("X", "Y", "Z") and numbers == ((0, 0, 0), (0, 0, 0), (1, 1, 1)):
+        return None
+    return mapping.vector_type, axes, *numbers

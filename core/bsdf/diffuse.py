@@ -5,23 +5,23 @@ Source: Pharr et al. 2023, "Physically Based Rendering", 4th ed., section 9.2.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import F32, INV_PI, Scalar, Vec, dot
 from ..sampling import warp
 from .kinds import DIFFUSE
 
 NAME = "diffuse"
-PARAMETERS: tuple[str, ...] = ()
+PARAMETERS: dict[str, int] = {}
 IS_DELTA = False
 RAY_KIND = DIFFUSE
 WEIGHT_IN_WI_Z = True
 TRANSMITS = False
+DRAWS = 2
 
 TINY = F32(2.0**-24)
 
 
-def evaluate(parameters: Vec, wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
+def evaluate(parameters: tuple[()], wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
     """Return f cos (N,) and the pdf (N,) [1/sr] with which `sample` finds wi (3, N)."""
     pdf = wi[2] * INV_PI
     np.maximum(pdf, 0, out=pdf)
@@ -29,14 +29,16 @@ def evaluate(parameters: Vec, wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
 
 
 def sample(
-    parameters: Vec, wo: Vec, back: NDArray[np.bool_], u: Scalar, v: Scalar
+    parameters: tuple[()], wo: Vec, u: Scalar, v: Scalar, w: None = None
 ) -> tuple[Vec, None, Scalar]:
     """Draw wi (3, N) in proportion to cos; the weight is exactly 1."""
     wi = warp.cosine_hemisphere(u, v)
     return wi, None, wi[2] * INV_PI
 
 
-def sample_about(parameters: Vec, normal: Vec, u: Scalar, v: Scalar) -> tuple[Vec, None, None]:
+def sample_about(
+    parameters: tuple[()], normal: Vec, u: Scalar, v: Scalar
+) -> tuple[Vec, None, None]:
     """Draw directions (3, N) in proportion to cos about world-space normals, without a frame.
 
     The normal plus a uniform point of the unit sphere is distributed so.

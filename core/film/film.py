@@ -10,17 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32
+from .shadows import add_shadows
+
+# What pixels may sum up, and how many rows that takes; see `shadows` for the last four.
+PASSES = {
+    "combined": 3,
+    "alpha": 1,
+    "caught": 3,
+    "opacity": 1,
+    "alone": 3,
+    "background": 3,
+}
 
 
 @dataclass(eq=False)
 class Film:
     """Sums of a width x height rectangle, row 0 at the bottom.
 
-    sums (C, pixels) float64 of radiance and, with C = 4, of alpha; counts (pixels,) int64.
+    sums (C, pixels) float64 of the `passes`, one after the other; counts (pixels,) int64.
     """
 
     width: int
     height: int
+    passes: tuple[str, ...]
     sums: NDArray[np.float64]
     counts: NDArray[np.int64]
 
@@ -36,13 +48,33 @@ class Film:
         Pixels without a sample are transparent black.
         """
         scale = 1.0 / np.maximum(self.counts, 1)
+        alpha = np.minimum(self.counts, 1.0)
+        if "alpha" in self.passes:
+            alpha = np.clip(self._sum("alpha")[0] * scale, 0.0, 1.0)
+        colour = self._sum("combined")
+        if "caught" in self.passes:
+            opacity = np.clip(self._sum("opacity")[0] * scale, 0.0, 1.0)
+            alpha = add_shadows(self._sum("caught"), self._sum("alone"), opacity, alpha)
+        if "background" in self.passes:
+            colour = colour + self._sum("background") * (1.0 - alpha)
+            alpha = np.minimum(self.counts, 1.0)
         out = np.zeros((self.counts.size, 4), F32)
-        np.multiply(self.sums[:3], scale * exposure, out=out[:, :3].T, casting="same_kind")
-        out[:, 3] = self.sums[3] * scale if len(self.sums) == 4 else self.counts > 0
+        np.multiply(colour, scale * exposure, out=out[:, :3].T, casting="same_kind")
+        out[:, 3] = alpha
         return out.reshape(self.height, self.width, 4)
 
+    def _sum(self, name: str) -> NDArray[np.float64]:
+        first = rows(self.passes[: self.passes.index(name)])
+        return self.sums[first : first + PASSES[name]]
 
-def new_film(width: int, height: int, with_alpha: bool) -> Film:
+
+def rows(passes: tuple[str, ...]) -> int:
+    """Return the number of rows of passes."""
+    return sum(PASSES[name] for name in passes)
+
+
+def new_film(width: int, height: int, passes: tuple[str, ...] = ("combined",)) -> Film:
     """Return an empty film."""
     pixels = width * height
-    return Film(width, height, np.zeros((3 + with_alpha, pixels)), np.zeros(pixels, np.int64))
+    sums, counts = np.zeros((rows(passes), pixels)), np.zeros(pixels, np.int64)
+    return Film(width, height, passes, sums, counts)

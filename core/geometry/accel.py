@@ -1,15 +1,15 @@
 """rays -> hits, rays -> occluded.  Embree; nothing else of the project imports it.
 
-A scene is a short list of parts, each an Embree scene whose primitives are numbers of the one
-triangle table.  embreex has no ray masks, no instances and no near distance; see `surface` for
-how rays leave a triangle without hitting it again.
+A scene is a short list of parts, each an Embree scene of triangles that the same rays meet in the
+same way: all plain triangles are the first part.  embreex has no ray masks, no instances and no
+near distance; see `surface` for how rays leave a triangle without hitting it again.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import embreex
 import numpy as np
@@ -17,114 +17,173 @@ from embreex import rtcore, rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Index, Scalar, Vec
-from ..scene import Cancelled
+from ..arrays import F32, Ids, Index, Scalar, Vec, take
+from ..scene import EVERY_SET, SHADOW, Cancelled
 from ..statistics import Tally
 from . import embree
+from .layers import compile_layers
 from .mesh import Triangles
+from .objects import Traits
+from .part import FAR, Hits, Part, Sets, no_hits
+from .walk import Passage, Shade, walk
 
-FAR = F32(1e37)  # beyond every scene, and still finite when squared in float64
 CHUNK = 1 << 18  # triangles uploaded per call: about 0.15 s, in which nobody else can run
 
+Kinds = NDArray[np.uint8]  # (N,) bits of ray kinds
 
-@dataclass(frozen=True, eq=False)
-class Hits:
-    """Closest hits: t (N,), triangle (N,) or -1, barycentrics u and v (N,)."""
-
-    t: Scalar
-    triangle: Ids
-    u: Scalar
-    v: Scalar
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """An Embree scene; its geometry g, triangle p is triangle first[g] + p of the table.
-
-    `shared` are the arrays that Embree reads and that must live as long as it.
-    """
-
-    scene: rtcore_scene.EmbreeScene
-    first: NDArray[np.int32]
-    shared: tuple[Any, ...]
-
-    def closest(self, origin: Vec, direction: Vec, far: Scalar | None) -> Hits:
-        """Return the closest hits of rays (3, N) up to `far` (N,), which is overwritten."""
-        origin = np.broadcast_to(origin, direction.shape)
-        found = self.scene.run(origin.T, direction.T, dists=far, output=1)
-        triangle = found["primID"]
-        if len(self.first) > 1:
-            # Geometry -1 (a miss) reads the last entry; the sum is made -1 again.
-            base = self.first.take(found["geomID"], mode="wrap")
-            triangle = np.where(triangle < 0, np.int32(-1), triangle + base)
-        return Hits(found["tfar"], triangle, found["u"], found["v"])
-
-    def free(self, origin: Vec, direction: Vec, far: Scalar) -> NDArray[np.int32]:
-        """Return -1 for each ray that meets nothing before `far`, else 0; a far < 0 is met."""
-        return self.scene.run(origin.T, direction.T, dists=far, query="OCCLUDED")
+__all__ = ["FAR", "Accel", "Hits", "Part", "Shade", "compile_accel"]
 
 
 @dataclass(frozen=True, eq=False)
 class Accel:
-    """What rays hit."""
+    """What rays hit; `triangles` are those of its parts."""
 
     parts: tuple[Part, ...]
+    triangles: Triangles
+
+    @cached_property
+    def opaque(self) -> tuple[Part, ...]:
+        """The parts that stop shadow rays."""
+        parts = (part for part in self.parts if part.traits.seen_by & SHADOW)
+        return tuple(part for part in parts if not part.traits.is_transparent)
+
+    @cached_property
+    def transparent(self) -> tuple[Part, ...]:
+        """The parts that shadow rays may pass."""
+        parts = (part for part in self.parts if part.traits.seen_by & SHADOW)
+        return tuple(part for part in parts if part.traits.is_transparent)
+
+    def only_catchers(self) -> "Accel":
+        """Return what rays hit if nothing but the shadow catchers is there."""
+        return Accel(tuple(part for part in self.parts if part.traits.is_catcher), self.triangles)
 
     def closest(
-        self, origin: Vec, direction: Vec, far: Scalar | None, left: Ids | None, tally: Tally
-    ) -> Hits:
-        """Return the closest hits of rays (3, N) that leave triangles `left` (N,) or None.
-
-        A hit of the very triangle that a ray has left is no hit: it is traced again from
-        beyond ("ignore the polygon we come from").
-        """
-        start = perf_counter()
-        hits = self._closest(origin, direction, far)
-        tally.embree += perf_counter() - start
-        if left is not None:
-            again = np.flatnonzero(hits.triangle == left)
-            if again.size:
-                self._trace_again(origin, direction, far, again, hits, tally)
-        return hits
-
-    def free(self, origin: Vec, direction: Vec, far: Scalar, tally: Tally) -> Scalar:
-        """Return 1 for each ray that meets nothing before `far` (N,) x direction, else 0."""
-        start = perf_counter()
-        free = self.parts[0].free(origin, direction, far)
-        for part in self.parts[1:]:
-            free &= part.free(origin, direction, far)  # -1 has all bits set, 0 none
-        tally.embree += perf_counter() - start
-        return np.negative(free, out=free).astype(F32)
-
-    def _closest(self, origin: Vec, direction: Vec, far: Scalar | None) -> Hits:
-        hits = self.parts[0].closest(origin, direction, None if far is None else far.copy())
-        for part in self.parts[1:]:
-            nearer = part.closest(origin, direction, hits.t.copy())
-            better = np.flatnonzero(nearer.triangle >= 0)
-            for name in ("t", "triangle", "u", "v"):
-                getattr(hits, name)[better] = getattr(nearer, name).take(better)
-        return hits
-
-    def _trace_again(
         self,
         origin: Vec,
         direction: Vec,
         far: Scalar | None,
-        again: Index,
-        hits: Hits,
+        left: Ids | None,
+        kinds: Kinds | None,
         tally: Tally,
-    ) -> None:
-        tally.self_hits += again.size
-        o, d = origin.take(again, axis=1), direction.take(again, axis=1)
-        skip = hits.t.take(again) * F32(1 + 2.0**-20)
-        o += d * skip
+    ) -> Hits:
+        """Return the closest hits of rays (3, N) that leave triangles `left` (N,) or None.
+
+        `kinds` (N,) are bits of the kinds of the rays, None for camera rays.  A hit of the very
+        triangle that a ray has left is no hit: it is traced again from beyond ("ignore the
+        polygon we come from").
+        """
         start = perf_counter()
-        rest = None if far is None else far.take(again) - skip
-        beyond = self._closest(o, d, rest)
+        hits = self._closest(origin, direction, far, kinds)
         tally.embree += perf_counter() - start
-        hits.t[again] = beyond.t + skip
-        for name in ("triangle", "u", "v"):
-            getattr(hits, name)[again] = getattr(beyond, name)
+        if left is not None:
+            again = np.flatnonzero(hits.triangle == left)
+            if again.size:
+                tally.self_hits += again.size
+                start = perf_counter()
+                o, d = origin.take(again, axis=1), direction.take(again, axis=1)
+                skip = hits.t.take(again) * F32(1 + 2.0**-20)
+                o += d * skip
+                rest = None if far is None else far.take(again) - skip
+                beyond = self._closest(o, d, rest, take(kinds, again))
+                np.add(beyond.t, skip, out=beyond.t)
+                hits.put(again, beyond)
+                tally.embree += perf_counter() - start
+        return hits
+
+    def free(
+        self,
+        origin: Vec,
+        direction: Vec,
+        far: Scalar,
+        tally: Tally,
+        blockers: Sets = EVERY_SET,
+    ) -> Scalar:
+        """Return 1 for each ray that meets nothing opaque before `far` (N,) x direction, else 0.
+
+        `blockers` is a mask of the light linking sets that cast shadows, or one for each ray.
+        A far < 0 gives 0.
+        """
+        start = perf_counter()
+        free = None
+        for part in self.opaque:
+            index = part.blocks(blockers)
+            if index is not None and not index.size:
+                continue
+            if index is None:
+                seen = part.free(origin, direction, far)
+                free = seen if free is None else np.bitwise_and(free, seen, out=free)
+            else:
+                free = _nothing_met(far) if free is None else free
+                some = np.broadcast_to(origin, direction.shape).take(index, axis=1)
+                seen = part.free(some, direction.take(index, axis=1), far.take(index))
+                free[index] &= seen  # -1 has all bits set, 0 none
+        free = _nothing_met(far) if free is None else free
+        tally.embree += perf_counter() - start
+        return np.negative(free, out=free).astype(F32)
+
+    def transmittance(
+        self,
+        origin: Vec,
+        direction: Vec,
+        far: Scalar,
+        tally: Tally,
+        shade: Shade,
+        limit: int | Ids,
+        left: Ids | None = None,
+        blockers: Sets = EVERY_SET,
+    ) -> Scalar | Vec:
+        """Return how much light rays let pass before `far` (N,): (N,), or (3, N) if coloured.
+
+        `shade` gives what each transparent surface lets pass; behind more than `limit` of them,
+        for all or (N,), it is dark.  Triangles `left` (N,) that rays start from do not count.
+        """
+        visible = self.free(origin, direction, far, tally, blockers)
+        passage = Passage(visible, limit, shade)
+        origin = np.broadcast_to(origin, direction.shape)
+        before = np.full(visible.size, -1, np.int32) if left is None else left
+        start = perf_counter()
+        for part in self.transparent:
+            ray, some = passage.alive(), part.blocks(blockers)
+            if some is not None:
+                ray = np.intersect1d(ray, some, assume_unique=True)
+            o, d = origin.take(ray, axis=1), direction.take(ray, axis=1)
+            walk(self.triangles, part, o, d, far.take(ray), before.take(ray), ray, passage)
+        tally.embree += perf_counter() - start
+        return passage.through
+
+    def _closest(
+        self,
+        origin: Vec,
+        direction: Vec,
+        far: Scalar | None,
+        kinds: Kinds | None,
+    ) -> Hits:
+        hits: Hits | None = None
+        for part, index in self._seen(kinds):
+            if index is None and hits is None:
+                hits = part.closest(origin, direction, None if far is None else far.copy())
+                continue
+            hits = no_hits(far, direction.shape[1]) if hits is None else hits
+            if index is None:
+                nearer = part.closest(origin, direction, hits.t.copy())
+            else:
+                o = origin.take(index, axis=1) if origin.shape[1] > 1 else origin
+                nearer = part.closest(o, direction.take(index, axis=1), hits.t.take(index))
+            better = np.flatnonzero(nearer.triangle >= 0)
+            if better.size:
+                hits.put(better if index is None else index.take(better), nearer.take(better))
+        return no_hits(far, direction.shape[1]) if hits is None else hits
+
+    def _seen(self, kinds: Kinds | None) -> Iterator[tuple[Part, Index | None]]:
+        """Yield the parts that rays see, and which rays do; None is all."""
+        for part in self.parts:
+            index = part.seen_by(kinds)
+            if index is None or index.size:
+                yield part, index
+
+
+def _nothing_met(far: Scalar) -> NDArray[np.int32]:
+    return np.negative(far >= 0, dtype=np.int32)
 
 
 def compile_accel(
@@ -139,35 +198,61 @@ def compile_accel(
         return None, 0.0
     start = perf_counter()
     device = rtcore.EmbreeDevice()
+    parts: list[Part] = []
+    for which, traits in enumerate(triangles.traits):
+        number = None
+        if triangles.part is not None:
+            number = np.flatnonzero(triangles.part == which).astype(np.int32)
+        if traits.is_transparent and traits.seen_by & SHADOW:
+            if number is None:
+                number = np.arange(triangles.count, dtype=np.int32)
+            build = partial(_part, device, triangles, traits, is_quick, should_stop)
+            parts += compile_layers(triangles, number, build)
+        else:
+            parts.append(_part(device, triangles, traits, is_quick, should_stop, number))
+    return Accel(tuple(parts), triangles), perf_counter() - start
+
+
+def _part(
+    device: rtcore.EmbreeDevice,
+    triangles: Triangles,
+    traits: Traits,
+    is_quick: bool,
+    should_stop: Callable[[], bool],
+    number: Ids | None,
+) -> Part:
+    """Build the tree of the triangles `number`, None for all; the vertices are shared."""
+    corners = triangles.corners if number is None else triangles.corners.take(number, axis=0)
+    vertices = triangles.vertices
     scene = rtcore_scene.EmbreeScene(device)
     library = embree.open_library(str(Path(embreex.__file__).parent))
     handle = embree.handle(scene, device)
+    first = [0]
     if library is not None and handle is not None:
-        embree.build(
-            library, scene, handle, triangles.vertices, triangles.corners, is_quick, should_stop
-        )
+        embree.build(library, scene, handle, vertices, corners, is_quick, should_stop)
         scene.is_committed = 1
-        first = [0]
     else:
-        first = _upload(scene, triangles, should_stop)
-    part = Part(scene, np.array(first, np.int32), (triangles.vertices, triangles.corners))
-    return Accel((part,)), perf_counter() - start
+        first = _upload(scene, vertices, corners, should_stop)
+    return Part(scene, np.array(first, np.int32), (vertices, corners), number, traits)
 
 
 def _upload(
-    scene: rtcore_scene.EmbreeScene, triangles: Triangles, should_stop: Callable[[], bool]
+    scene: rtcore_scene.EmbreeScene,
+    vertices: NDArray[np.float32],
+    corners: NDArray[np.int32],
+    should_stop: Callable[[], bool],
 ) -> list[int]:
     """Upload through embreex in chunks; return the first triangle of each.
 
     Holds the interpreter, about 0.5 us a triangle and as much again for the build at the end.
     """
     first = []
-    for lo, hi in _chunks(triangles):
+    for lo, hi in _chunks(corners, len(vertices)):
         if should_stop():
             raise Cancelled
-        corners = triangles.corners[lo:hi]
-        low, high = int(corners.min()), int(corners.max()) + 1
-        TriangleMesh(scene, triangles.vertices[low:high], corners - np.int32(low))
+        some = corners[lo:hi]
+        low, high = int(some.min()), int(some.max()) + 1
+        TriangleMesh(scene, vertices[low:high], some - np.int32(low))
         first.append(lo)
 
     # The first query builds the tree; it must be over before worker threads start.
@@ -175,14 +260,13 @@ def _upload(
     return first
 
 
-def _chunks(triangles: Triangles) -> list[tuple[int, int]]:
+def _chunks(corners: NDArray[np.int32], vertices: int) -> list[tuple[int, int]]:
     # Chunks pay if neighbours in the table use neighbouring vertices, else vertices go up twice.
-    count = triangles.count
+    count = len(corners)
     bounds = [(lo, min(lo + CHUNK, count)) for lo in range(0, count, CHUNK)]
     if len(bounds) == 1:
         return bounds
     spans = 0
     for lo, hi in bounds:
-        corners = triangles.corners[lo:hi]
-        spans += int(corners.max()) - int(corners.min()) + 1
-    return bounds if spans <= 1.5 * len(triangles.vertices) else [(0, count)]
+        spans += int(corners[lo:hi].max()) - int(corners[lo:hi].min()) + 1
+    return bounds if spans <= 1.5 * vertices else [(0, count)]

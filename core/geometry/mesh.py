@@ -4,7 +4,7 @@ Embree and every hit address triangles by one number.  Positions are moved to th
 in float64 and rounded once; all that a hit needs of a flat triangle is one row of 32 bytes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from ..arrays import EPSILON, F32, Ids
 from ..scene import Cancelled, Instance, Material, Mesh, Note, SceneError
 from .embree import PADDING
+from .objects import PLAIN, Objects, Traits, compile_objects, sort_into_parts
 
-# Columns of a triangle's row; material and smooth are int32 in the bits of a float32.
-NX, NY, NZ, PLANE, OFFSET, MATERIAL, SMOOTH = range(7)
-COLUMNS = 8  # the last is room
+# Columns of a triangle's row; the last three are int32 in the bits of a float32.
+NX, NY, NZ, PLANE, OFFSET, MATERIAL, SMOOTH, INSTANCE = range(8)
+COLUMNS = 8
 
 # `Triangles.ids`: how a triangle comes to its normals, if not by a row of its own.
 FLAT, OF_VERTICES = -1, -2
@@ -32,11 +33,14 @@ CHUNK = 1 << 17  # triangles per step of the table's arithmetic: float64 that fi
 class Triangles:
     """The flattened triangles of a scene; F triangles, V vertices.
 
-    vertices (V, 3) float32 and corners (F, 3) int32 go to Embree; ids (F, 2) int32 is the
-    material and the first row of `normals` (N, 3) of a triangle with normals of its own at its
+    vertices (V, 3) float32 and corners (F, 3) int32 go to Embree; ids (F, 3) int32 is the
+    material, the first row of `normals` (N, 3) of a triangle with normals of its own at its
     three corners, -1 if it is flat, -2 if its normals are those of its vertices, in
-    `vertex_normals` (V, 3).  rows (F, 8) and corner_normals (F, 9) are what hits read, None
-    where so few hits are expected that it is made for each of them.
+    `vertex_normals` (V, 3), and the instance.  rows (F, 8) and corner_normals (F, 9) are what
+    hits read, None where so few hits are expected that it is made for each of them.
+
+    part (F,) counts into `traits`, None if all triangles have the first of them; objects are the
+    flags of the instances; is_numbered: hits are told their instance.
     """
 
     vertices: NDArray[np.float32]
@@ -46,6 +50,10 @@ class Triangles:
     normals: NDArray[np.float32] | None
     rows: NDArray[np.float32] | None
     smooth_rows: NDArray[np.float32] | None
+    objects: Objects | None = None
+    traits: tuple[Traits, ...] = (PLAIN,)
+    part: NDArray[np.uint16] | None = None
+    is_numbered: bool = False
 
     @property
     def count(self) -> int:
@@ -58,11 +66,11 @@ class Triangles:
         return self.vertex_normals is None and self.normals is None
 
     def columns(self, triangle: Ids) -> NDArray[np.float32]:
-        """Return the table's columns (8, N) for triangles (N,); see NX ... SMOOTH."""
+        """Return the table's columns (8, N) for triangles (N,); see NX ... INSTANCE."""
         if self.rows is not None:
             return np.ascontiguousarray(self.rows.take(triangle, axis=0).T)
         rows = _planes(self.vertices, self.corners.take(triangle, axis=0))
-        rows.view(np.int32)[:, MATERIAL : SMOOTH + 1] = self.ids.take(triangle, axis=0)
+        rows.view(np.int32)[:, MATERIAL:] = self.ids.take(triangle, axis=0)
         return np.ascontiguousarray(rows.T)
 
     def corner_normals(self, triangle: Ids) -> NDArray[np.float32]:
@@ -89,7 +97,7 @@ def bare_triangles(vertices: NDArray[np.float32], corners: NDArray[np.int32]) ->
     """Return a table of flat triangles (F, 3) without materials, for what only Embree must find."""
     padded = np.zeros(vertices.size + PADDING, F32)[:-PADDING].reshape(-1, 3)
     padded[:] = vertices
-    ids = np.full((len(corners), 2), FLAT, np.int32)
+    ids = np.full((len(corners), 3), FLAT, np.int32)
     return Triangles(padded, np.ascontiguousarray(corners), ids, None, None, None, None)
 
 
@@ -118,12 +126,17 @@ def compile_triangles(
     memory_limit: float,
     hits_expected: float,
     should_stop: Callable[[], bool],
+    transparent: Collection[int] = (),
+    links_shadows: bool = False,
+    is_numbered: bool = False,
 ) -> tuple[Triangles | None, list[Note]]:
     """Flatten instances into one table about `origin` (3,) [m].
 
-    `materials` maps id(material) to its number, with None's under id(None).  Triangles with a
-    vertex that is not finite are left out and noted; so are, silently, those without area.
-    Tables are made in advance where more hits are expected than there are triangles.
+    `materials` maps id(material) to its number, with None's under id(None); `transparent` are
+    the numbers of those that shadow rays may pass.  Blockers are told apart if `links_shadows`,
+    hits are told their instance if `is_numbered` or an object's flags ask for it.  Triangles
+    with a vertex that is not finite are left out and noted; so are, silently, those without
+    area.  Tables are made in advance where more hits are expected than there are triangles.
     Raises: Cancelled; SceneError if the table would need more than `memory_limit` bytes.
     """
     notes: list[Note] = []
@@ -131,7 +144,8 @@ def compile_triangles(
     for instance in instances:
         if id(instance.mesh) not in clean:
             clean[id(instance.mesh)] = _without_broken(instance.mesh, notes)
-    used = [(i, clean[id(i.mesh)]) for i in instances if len(clean[id(i.mesh)].triangles)]
+    used = [(i, clean[id(i.mesh)]) for i in instances if i.seen_by.mask]
+    used = [(instance, mesh) for instance, mesh in used if len(mesh.triangles)]
     _check_memory(used, memory_limit)
     if not used:
         return None, notes
@@ -143,10 +157,11 @@ def compile_triangles(
     cornered = [mesh for _, mesh in used if mesh.normals is not None and mesh.normals.ndim == 3]
     vertices = np.zeros(vertex_count * 3 + PADDING, F32)[:-PADDING].reshape(-1, 3)
     corners = np.empty((count, 3), np.int32)
-    ids = np.full((count, 2), FLAT, np.int32)
+    ids = np.full((count, 3), FLAT, np.int32)
     vertex_normals = np.zeros((vertex_count, 3), F32) if 2 in kinds else None
     normals = np.empty((3 * sum(len(m.triangles) for m in cornered), 3), F32) if cornered else None
     first_vertex = first = first_normal = 0
+    number = {id(instance): i for i, instance in enumerate(instances)}
     for instance, mesh in used:
         if should_stop():
             raise Cancelled
@@ -160,6 +175,7 @@ def compile_triangles(
         local = mesh.triangles[:, order] if order != (0, 1, 2) else mesh.triangles
         np.add(local, np.int32(first_vertex), out=corners[f])
         ids[f, 0] = _material_ids(instance, mesh, materials)
+        ids[f, 2] = number[id(instance)]
         if mesh.normals is not None and mesh.normals.ndim == 2 and vertex_normals is not None:
             vertex_normals[v] = _turn_normals(mesh.normals, linear)
             ids[f, 1] = OF_VERTICES
@@ -171,7 +187,11 @@ def compile_triangles(
             first_normal = n.stop
         first_vertex, first = v.stop, f.stop
 
-    triangles = Triangles(vertices, corners, ids, vertex_normals, normals, None, None)
+    objects = compile_objects(instances)
+    traits, part = sort_into_parts(objects, ids[:, 2], ids[:, 0], transparent, links_shadows)
+    is_numbered = is_numbered or objects.matter_to_hits
+    own = vertices, corners, ids, vertex_normals, normals, None, None
+    triangles = Triangles(*own, objects, traits, part, is_numbered)
     if count > hits_expected:
         return triangles, notes
     return _with_tables(triangles, should_stop), notes
@@ -188,7 +208,7 @@ def _with_tables(triangles: Triangles, should_stop: Callable[[], bool]) -> Trian
         if smooth_rows is not None:
             stop = min(start + CHUNK, triangles.count)
             smooth_rows[part] = triangles._smooth_rows(np.arange(start, stop, dtype=np.int32))
-    rows.view(np.int32)[:, MATERIAL : SMOOTH + 1] = triangles.ids
+    rows.view(np.int32)[:, MATERIAL:] = triangles.ids
     return replace(triangles, rows=rows, smooth_rows=smooth_rows)
 
 
@@ -243,9 +263,9 @@ def _without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
 
 
 def _check_memory(used: list[tuple[Instance, Mesh]], limit: float) -> None:
-    # Embree's tree and copies: about 150 bytes a triangle, measured; our tables: 44 to 80.
+    # Embree's tree and copies: about 150 bytes a triangle, measured; our tables: 56 to 92.
     def need(mesh: Mesh) -> int:
-        own = 12 + 4 * COLUMNS + (36 if mesh.normals is not None else 0)
+        own = 24 + 4 * COLUMNS + (36 if mesh.normals is not None else 0)
         return len(mesh.triangles) * (150 + own) + len(mesh.positions) * 28
 
     total = sum(need(mesh) for _, mesh in used)

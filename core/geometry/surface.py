@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec, check, dot, normalize, take
 from .accel import Hits
-from .mesh import FLAT, MATERIAL, OFFSET, PLANE, SMOOTH, Triangles
+from .mesh import FLAT, INSTANCE, MATERIAL, OFFSET, PLANE, SMOOTH, Triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +25,10 @@ class Points:
     position (3, N) about the local origin [m]; arriving (3, N) unit, of the rays; geometric and
     shading normal (3, N), unit, turned to the viewer's side of the surface (the same array
     where nothing is smooth); back (N,) bool: seen from behind; offset (N,) [m]: how far along
-    the geometric normal rays must start; triangle and material (N,) int32.  smooth (N,) bool
-    and the barycentrics u, v (N,) are None where nothing in the scene is smooth.
+    the geometric normal rays must start; triangle and material (N,) int32; distance (N,) [m]
+    that the rays came.  smooth (N,) bool and the barycentrics u, v (N,) are None where nothing
+    in the scene is smooth; instance (N,) int32, the object hit, and place (N,) int32, by which
+    lights are chosen there, are None where nothing asks.
     """
 
     position: Vec
@@ -37,14 +39,17 @@ class Points:
     offset: Scalar
     triangle: Ids
     material: Ids
+    distance: Scalar
     smooth: NDArray[np.bool_] | None = None
     u: Scalar | None = None
     v: Scalar | None = None
+    instance: Ids | None = None
+    place: Ids | None = None
 
     @property
-    def wo(self) -> Vec:
-        """The unit directions to the viewer (3, N)."""
-        return np.negative(self.arriving)
+    def size(self) -> int:
+        """The number of points."""
+        return self.triangle.size
 
     @property
     def is_flat(self) -> bool:
@@ -63,9 +68,12 @@ class Points:
             self.offset.take(index),
             self.triangle.take(index),
             self.material.take(index),
+            self.distance.take(index),
             take(self.smooth, index),
             take(self.u, index),
             take(self.v, index),
+            take(self.instance, index),
+            take(self.place, index),
         )
 
     @cached_property
@@ -109,7 +117,16 @@ def resolve(
 
     check("surface", position=position, geometric=geometric)
     flat = Points(
-        position, direction, geometric, geometric, back, columns[OFFSET], triangle, ids[MATERIAL]
+        position,
+        direction,
+        geometric,
+        geometric,
+        back,
+        columns[OFFSET],
+        triangle,
+        ids[MATERIAL],
+        t,
+        instance=ids[INSTANCE] if triangles.is_numbered else None,
     )
     return flat if triangles.is_flat else _smooth(triangles, flat, ids[SMOOTH], side, hits, found)
 

@@ -1,10 +1,12 @@
 """points, u -> light.  Sources of light: sampled on purpose, or met by chance.
 
-Lamps are sorted into groups of one kind, so that a call works on one formula.  The world will be
-one more distant kind.  Lamps do not block rays: a ray that meets one goes on behind it (Cycles).
+They are sorted into groups of one kind, so that a call works on one formula: lamps first, then the
+triangles of meshes that glow.  A few lamps are sampled each; among many lamps, and always among
+triangles, one is chosen at each point.  Lamps do not block rays: a ray that meets one goes on
+behind it (Cycles).
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,11 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec
-from ..bsdf.kinds import CAMERA, DIFFUSE, GLOSSY, TRANSMISSION
-from ..sampling.tables import AliasTable, compile_alias
+from ..bsdf.kinds import CAMERA, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
+from ..geometry.mesh import Triangles
 from ..scene import Lamp, RayKinds
-from . import area, distant, point
-from .kind import AT_INFINITY, Kind, Rows
+from ..shading.lamps import LampShaders, compile_lamp_shaders
+from ..shading.values import Value
+from . import area, distant, point, triangle
+from .cells import spread_over
+from .choice import LightGrid, compile_grid
+from .group import Group
+from .kind import AT_INFINITY, LampKind
+from .tree import lamp_sources
+from .triangle import Emitters
 
 # Which kind a lamp is: one line per kind of Blender's
 REGISTRY = {
@@ -26,56 +35,18 @@ REGISTRY = {
     "AREA": area.classify,
 }
 
+# Up to so many lamps are sampled each, with shadow rays of their own; of more, one is chosen
+SAMPLED_EACH = 8
+RECEIVERS = 1 << 15  # points of the scene's surfaces by which the choice is prepared
+NO_LIMIT = 1 << 30  # of bounces: meshes have none
+NO_EMISSIONS: Mapping[int, Value] = {}
+
 
 def ray_mask(kinds: RayKinds) -> int:
     """Return the bits of the kinds of ray that see a lamp."""
     bits = (CAMERA, DIFFUSE, GLOSSY, TRANSMISSION)
     seen = (kinds.camera, kinds.diffuse, kinds.glossy, kinds.transmission)
     return sum(bit for bit, yes in zip(bits, seen, strict=True) if yes)
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Lights of one kind: `count` of them, numbered from `first`.
-
-    rows (P, L) and colour (3, L) float32, seen_by (L,) mask bits and max_bounces (L,) int32.
-    Paths with more than `max_bounces` bounces take no samples of a light; met by chance, it
-    shines on them all the same (Cycles).
-    """
-
-    kind: Kind
-    first: int
-    rows: Rows
-    colour: Vec
-    seen_by: Ids
-    max_bounces: Ids
-
-    @property
-    def count(self) -> int:
-        """Return the number of lights."""
-        return len(self.seen_by)
-
-    def only(self, local: int) -> "Group":
-        """Return the light number `local`, counted from `first`, as views of what this holds."""
-        one = slice(local, local + 1)
-        return Group(
-            self.kind,
-            self.first + local,
-            self.rows[:, one],
-            self.colour[:, one],
-            self.seen_by[one],
-            self.max_bounces[one],
-        )
-
-    def take(self, index: Index | Ids) -> "Group":
-        """Return the lights of `index`, counted from `first`, one for each of N points."""
-        return replace(
-            self,
-            rows=self.rows.take(index, axis=1),
-            colour=self.colour.take(index, axis=1),
-            seen_by=self.seen_by.take(index),
-            max_bounces=self.max_bounces.take(index),
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,15 +65,33 @@ class Hulls:
 
 @dataclass(frozen=True, eq=False)
 class Lights:
-    """All lights of a scene that shine; light l is number l - first of its group."""
+    """All lights of a scene that shine; light l is number l - first of its group.
+
+    lamps, by their numbers: kind and lamp; `each`: at first hits the first so many lights are
+    sampled each, the others, if any, are chosen from `first`; deeper, one of all lights is chosen
+    from `deep`, None if there is only one lamp.  Triangles have the numbers from `first_triangle`
+    on, and `of_triangle` (F,) says which of the scene's triangles are which lights, -1 if none;
+    triangle_of is the inverse, from `first_triangle` on; shaders: of lamps, None if
+    all of them are constant.
+    """
 
     groups: tuple[Group, ...]
-    lamps: tuple[tuple[Kind, Lamp], ...]
-    table: AliasTable
+    lamps: tuple[tuple[LampKind, Lamp], ...]
+    each: int
+    first: LightGrid | None
+    deep: LightGrid | None
+    of_triangle: Ids | None
+    triangle_of: Ids | None
+    shaders: LampShaders | None = None
 
     @property
     def count(self) -> int:
         """Return the number of lights."""
+        return self.groups[-1].first + self.groups[-1].count
+
+    @property
+    def first_triangle(self) -> int:
+        """Return the number of the first triangle, which is that of lamps."""
         return len(self.lamps)
 
     def single(self, light: int) -> Group:
@@ -114,6 +103,12 @@ class Lights:
         raise IndexError(f"light {light} of {self.count}")
 
     @cached_property
+    def may_darken(self) -> bool:
+        """Whether lights may shine with negative light, as Blender lets them."""
+        darkest = min(float(group.colour.min(initial=0)) for group in self.groups)
+        return self.shaders is not None or darkest < 0
+
+    @cached_property
     def distant(self) -> tuple[int, ...]:
         """The numbers of the lights that have no place."""
         return tuple(
@@ -123,9 +118,67 @@ class Lights:
             for number in range(group.first, group.first + group.count)
         )
 
-    def choose(self, u: Scalar) -> tuple[Ids, Scalar, Scalar]:
-        """Choose a light (N,) for each point by power; return it, its pmf, and u made new."""
-        return self.table.sample(u)
+    def switched(self, is_on: NDArray[np.bool_]) -> "Lights":
+        """Return the lights with those off, seen by nothing, of which `is_on` (L,) is False."""
+        groups = []
+        for group in self.groups:
+            keeps = is_on[group.first : group.first + group.count]
+            groups.append(replace(group, seen_by=np.where(keeps, group.seen_by, np.int32(0))))
+        return replace(self, groups=tuple(groups))
+
+    @property
+    def chooses(self) -> bool:
+        """Whether lights are chosen anywhere."""
+        return self.first is not None or self.deep is not None
+
+    def each_at(self, depth: int) -> int:
+        """Return how many lights are sampled each, `depth` surfaces after the camera."""
+        return self.each if depth == 0 or self.deep is None else 0
+
+    def chooses_at(self, depth: int) -> bool:
+        """Tell whether one of the other lights is chosen there."""
+        return (self.first if depth == 0 else self.deep) is not None
+
+    def place(self, position: Vec, normal: Vec | None, depth: int) -> Ids:
+        """Return what `choose` and `pmf` know points (3, N) by (N,): their row of the tables.
+
+        With their normal (3, N), unit length, lights behind them are rarely chosen; None is for
+        points that scatter light from all sides.  First hits have numbers below 0.
+        """
+        if depth > 0:
+            if self.deep is None:
+                return np.zeros(position.shape[1], np.int32)
+            return self.deep.place(position, normal)
+        if self.first is None:
+            return np.full(position.shape[1], -1, np.int32)
+        place = self.first.place(position, normal)
+        return np.invert(place, out=place)
+
+    def choose(self, place: Ids, u: Scalar, v: Scalar, depth: int) -> tuple[Ids, Scalar]:
+        """Choose a light (N,) by u, v; return it with its pmf; unbiased.
+
+        At first hits it is one beyond the first `each`.  Nothing is left of u and v.
+        """
+        if depth > 0:
+            assert self.deep is not None
+            return self.deep.choose(place, u, v)
+        assert self.first is not None
+        light, pmf = self.first.choose(np.invert(place), u, v)
+        light += np.int32(self.each)
+        return light, pmf
+
+    def pmf(self, place: Ids, light: Ids) -> Scalar:
+        """Return the probability (N,) with which lights (N,) are sampled at places (N,)."""
+        pmf = np.ones(place.size, F32)
+        if self.deep is not None:
+            deep = np.flatnonzero(place >= 0)
+            pmf[deep] = self.deep.pmf(place.take(deep), light.take(deep))
+        if self.first is not None:
+            chosen = np.flatnonzero((place < 0) & (light >= self.each))
+            pmf[chosen] = self.first.pmf(
+                np.invert(place.take(chosen)), light.take(chosen) - np.int32(self.each)
+            )
+        return pmf
 
     def split(self, light: Ids) -> Iterator[tuple[Index, Group]]:
         """Sort points by the kind of their `light` (N,): which points, and their lights."""
@@ -137,43 +190,107 @@ class Lights:
 
 
 def compile_lights(
-    lamps: tuple[Lamp, ...], origin: NDArray[np.float64], radius: float = 1.0
+    lamps: tuple[Lamp, ...],
+    origin: NDArray[np.float64],
+    triangles: Triangles | None = None,
+    emitters: Emitters | None = None,
+    emissions: Mapping[int, Value] = NO_EMISSIONS,
 ) -> Lights | None:
-    """Compile the lamps that shine, None if none does; places are relative to `origin` (3,) [m].
+    """Compile the lights that shine, None if none does; places are relative to `origin` (3,) [m].
 
-    `radius` of the scene [m] ranks the power of distant lights against that of the others.
+    `triangles` of the scene, about that origin too, are where light falls, and what `emitters`
+    are numbers of.  emissions: of lamps' shaders, see `shading.lamps.fold_lamps`.
     """
     # Sort by kind, without those that are black or have no shape
-    kinds: dict[Kind, list[Lamp]] = {}
+    kinds: dict[LampKind, list[Lamp]] = {}
     for lamp in lamps:
         kind = REGISTRY[lamp.kind](lamp) if any(lamp.strength) else None
         if kind is not None:
             kinds.setdefault(kind, []).append(lamp)
-    if not kinds:
+    groups: list[Group] = []
+    for kind, members in kinds.items():
+        groups.append(_lamp_group(kind, members, sum(group.count for group in groups), origin))
+    pairs = tuple((kind, lamp) for kind, members in kinds.items() for lamp in members)
+    shaders = compile_lamp_shaders([lamp for _, lamp in pairs], emissions, origin)
+    of_triangle = None
+    if emitters is not None and emitters.triangle.size:
+        assert triangles is not None
+        groups.append(_triangle_group(triangles, emitters, len(pairs)))
+        of_triangle = np.full(triangles.count, -1, np.int32)
+        of_triangle[emitters.triangle] = np.arange(len(pairs), len(pairs) + groups[-1].count)
+    if not groups:
         return None
 
-    groups: list[Group] = []
-    first = 0
-    for kind, members in kinds.items():
-        rows = np.array([kind.compile(lamp, origin) for lamp in members]).T
-        colour = np.array([lamp.strength for lamp in members]).T
-        groups.append(
-            Group(
-                kind,
-                first,
-                np.ascontiguousarray(rows, F32),
-                np.ascontiguousarray(colour, F32),
-                np.array([ray_mask(lamp.seen_by) for lamp in members], np.int32),
-                np.array([lamp.max_bounces for lamp in members], np.int32),
-            )
-        )
-        first += len(members)
+    # Make the tables for the choice, unless there is nothing to choose
+    each = len(pairs) if len(pairs) <= SAMPLED_EACH else 0
+    seen = [_as_seen(lamp, number, shaders) for number, (_, lamp) in enumerate(pairs)]
+    sources = lamp_sources(
+        kind.source(lamp, origin) for (kind, _), lamp in zip(pairs, seen, strict=True)
+    )
+    if of_triangle is not None:
+        sources = sources.join(triangle.sources(groups[-1].rows, groups[-1].colour))
+    distant = np.zeros(sources.count, bool)
+    distant[: len(pairs)] = [kind.DISTANT for kind, _ in pairs]
+    receivers = None
+    is_only = sources.count == each == 1
+    if triangles is not None and not is_only:
+        receivers = spread_over(triangles.vertices, triangles.corners, RECEIVERS)
+    deep = None if is_only else compile_grid(sources, distant, receivers)
+    first = None
+    if each < sources.count:
+        rest = np.arange(each, sources.count)
+        first = deep if each == 0 else compile_grid(sources.take(rest), distant[each:], receivers)
+    return Lights(
+        tuple(groups),
+        pairs,
+        each,
+        first,
+        deep,
+        of_triangle,
+        None if of_triangle is None or emitters is None else emitters.triangle,
+        shaders,
+    )
 
-    # Choose half by power and half evenly: a weak lamp may be the near one (Owen & Zhou 2000)
-    pairs = tuple((kind, lamp) for kind, members in kinds.items() for lamp in members)
-    power = np.array([max(kind.power(lamp, radius), 0.0) for kind, lamp in pairs])
-    weights = power / max(power.sum(), 1e-300) + 1.0 / len(pairs)
-    return Lights(tuple(groups), pairs, compile_alias(weights))
+
+def _as_seen(lamp: Lamp, number: int, shaders: LampShaders | None) -> Lamp:
+    """Return a lamp that is about as bright as its shader makes it."""
+    if shaders is None:
+        return lamp
+    factor = shaders.typical(number)
+    red, green, blue = lamp.strength
+    return replace(lamp, strength=(factor * red, factor * green, factor * blue))
+
+
+def _lamp_group(
+    kind: LampKind, lamps: list[Lamp], first: int, origin: NDArray[np.float64]
+) -> Group:
+    return Group(
+        kind,
+        first,
+        np.ascontiguousarray(np.array([kind.compile(lamp, origin) for lamp in lamps]).T, F32),
+        np.ascontiguousarray(np.array([lamp.strength for lamp in lamps]).T, F32),
+        np.array([ray_mask(lamp.seen_by) for lamp in lamps], np.int32),
+        np.array([lamp.max_bounces for lamp in lamps], np.int32),
+        np.array([lamp.receivers for lamp in lamps], np.uint64),
+        np.array([lamp.blockers for lamp in lamps], np.uint64),
+        np.array([lamp.casts_shadow for lamp in lamps], bool),
+        np.array([lamp.sampled for lamp in lamps], bool),
+    )
+
+
+def _triangle_group(triangles: Triangles, emitters: Emitters, first: int) -> Group:
+    return Group(
+        triangle.TRIANGLE,
+        first,
+        triangle.compile_rows(triangles.vertices, triangles.corners, emitters),
+        np.ascontiguousarray(emitters.radiance, F32),
+        emitters.seen_by.astype(np.int32),
+        np.full(emitters.triangle.size, NO_LIMIT, np.int32),
+        emitters.receivers,
+        emitters.blockers,
+        np.ones(emitters.triangle.size, bool),
+        np.ones(emitters.triangle.size, bool),
+    )
 
 
 def compile_hulls(lights: Lights, origin: NDArray[np.float64]) -> Hulls | None:
@@ -202,34 +319,9 @@ def visible(seen_by: int | Ids, kind: int | NDArray[np.integer]) -> NDArray[np.b
 
     Rays through glass are glossy and transmitted, but only the latter counts (Cycles).
     """
+    kind = kind & EVERY_KIND
     counts = np.where(kind & TRANSMISSION, kind & (DIFFUSE | TRANSMISSION), kind)
     return (seen_by & counts) == counts
-
-
-def meet(
-    lights: Lights,
-    origin: Vec,
-    direction: Vec,
-    t_max: Scalar,
-    seen_by: int | NDArray[np.integer],
-    numbers: Iterable[int] | None = None,
-) -> Vec:
-    """Return the radiance (3, M) of all lights, or `numbers`, that rays cross before `t_max` (M,).
-
-    `t_max` is inf for rays that leave the scene, only these meet distant lights; `seen_by` is the
-    bit of the kind of ray, one for all or (M,).  The sum is what Cycles shows, as lamps do not
-    block; no MIS weight is applied: it is the whole light of rays that did not sample the lamps.
-    """
-    radiance = np.zeros(direction.shape, F32)
-    for number in range(lights.count) if numbers is None else numbers:
-        light = lights.single(number)
-        sees = visible(light.seen_by, seen_by)
-        if not sees.any():
-            continue
-        t, gain, _ = light.kind.intersect(light.rows, origin, direction)
-        gain *= (t < t_max) & sees
-        radiance += light.colour * gain
-    return radiance
 
 
 __all__ = [
@@ -238,13 +330,14 @@ __all__ = [
     "DIFFUSE",
     "GLOSSY",
     "REGISTRY",
+    "SAMPLED_EACH",
     "TRANSMISSION",
+    "Emitters",
     "Group",
     "Hulls",
     "Lights",
     "compile_hulls",
     "compile_lights",
-    "meet",
     "ray_mask",
     "visible",
 ]

@@ -17,10 +17,13 @@ from ..sampling.warp import concentric_disk
 from ..scene import Lamp
 from . import spherical
 from .kind import (
+    ONE_SIDE,
     TINY,
     Hull,
-    Kind,
+    LampKind,
     Rows,
+    Sampled,
+    Source,
     brightness,
     missed,
     position,
@@ -65,7 +68,7 @@ def _has_no_slats(lamp: Lamp) -> bool:
     return bool(F32(lamp.spread) >= F32(np.pi))
 
 
-def classify(lamp: Lamp) -> Kind | None:
+def classify(lamp: Lamp) -> LampKind | None:
     """Return the kind of an area lamp, None if it has no area."""
     if _shape(lamp) is None:
         return None
@@ -100,9 +103,12 @@ def _compile(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
     return [float(value) for value in row]
 
 
-def _power(lamp: Lamp, radius: float) -> float:
+def _source(lamp: Lamp, origin: NDArray[np.float64]) -> Source:
     shape = _shape(lamp)
-    return np.pi * shape.area * brightness(lamp) if shape else 0.0
+    assert shape is not None
+    spread = (shape.u @ shape.u + shape.v @ shape.v) / (16.0 if lamp.ellipse else 12.0)
+    strength = shape.area * brightness(lamp)
+    return Source(position(lamp, origin), float(spread), strength, shape.n, ONE_SIDE)
 
 
 def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
@@ -208,8 +214,15 @@ def _near(rows: Rows, base: Vec, height: Scalar, spread: bool) -> _Near | None:
 
 
 def _sample(
-    rows: Rows, point: Vec, u: Scalar, v: Scalar, *, ellipse: bool, spread: bool
-) -> tuple[Vec, Scalar, Scalar]:
+    rows: Rows,
+    point: Vec,
+    u: Scalar,
+    v: Scalar,
+    with_pdf: bool = False,
+    *,
+    ellipse: bool,
+    spread: bool,
+) -> Sampled:
     """Sample a point of a lamp; unbiased."""
     base = rows[:3] - point
     height = np.maximum(-dot(rows[9:12], base), F32(0))
@@ -234,11 +247,13 @@ def _sample(
     to_light += rows[6:9] * t
     to_light += base
     squared = dot(to_light, to_light)
+    distance = np.sqrt(squared)
     weight = height * area
-    weight /= np.maximum(squared * np.sqrt(squared), TINY)
+    squared *= distance
+    weight /= np.maximum(squared, TINY, out=squared)
     if near:
         weight[near.points] = near.seen.angle
-    pdf = reciprocal(weight)
+    pdf = reciprocal(weight) if with_pdf else None
 
     # Take away what the slats hide, and the corners around the ellipse
     if spread:
@@ -246,7 +261,7 @@ def _sample(
         weight *= _attenuation(rows, middle_s + s, middle_t + t, height)
     if ellipse and (spread or near):
         weight *= _inside(s, t)
-    return to_light, weight, pdf
+    return Sampled(to_light, weight, pdf, distance)
 
 
 def _intersect(
@@ -282,28 +297,35 @@ def _intersect(
 
 
 def _sample_beam(
-    rows: Rows, point: Vec, u: Scalar, v: Scalar, *, ellipse: bool
-) -> tuple[Vec, Scalar, Scalar]:
+    rows: Rows,
+    point: Vec,
+    u: Scalar,
+    v: Scalar,
+    with_pdf: bool = False,
+    *,
+    ellipse: bool,
+) -> Sampled:
     """Go straight to a lamp of spread 0: parallel light, irradiance pi times its radiance."""
     base = rows[:3] - point
     height = -dot(rows[9:12], base)
     s, t = _local(rows, base)
     lit = _inside(s, t) if ellipse else ((np.abs(s) <= HALF) & (np.abs(t) <= HALF)).astype(F32)
     lit *= height > 0
-    return -height * rows[9:12], F32(np.pi) * lit, np.zeros_like(lit)
+    pdf = np.zeros_like(lit) if with_pdf else None
+    return Sampled(-height * rows[9:12], F32(np.pi) * lit, pdf, np.abs(height))
 
 
 def _intersect_beam(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
     return missed(origin, direction)
 
 
-def _kind(name: str, ellipse: bool, spread: bool) -> Kind:
-    return Kind(
+def _kind(name: str, ellipse: bool, spread: bool) -> LampKind:
+    return LampKind(
         name,
-        _compile,
         partial(_sample, ellipse=ellipse, spread=spread),
         partial(_intersect, ellipse=ellipse, spread=spread),
-        _power,
+        _compile,
+        _source,
         _hull,
     )
 

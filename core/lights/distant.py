@@ -12,13 +12,23 @@ from numpy.typing import NDArray
 from ..arrays import F32, INV_PI, Scalar, Vec, dot, frame
 from ..sampling.warp import uniform_cone
 from ..scene import Lamp
-from .kind import AT_INFINITY, Hull, Kind, Rows, brightness, missed
+from .kind import (
+    AT_INFINITY,
+    ONE_SIDE,
+    Hull,
+    LampKind,
+    Rows,
+    Sampled,
+    Source,
+    brightness,
+    missed,
+)
 
 # Parameters: axis to the sun 0:3, tangent 3:6, bitangent 6:9, and the numbers below
 MINUS_COS, GAIN, RADIANCE = 9, 10, 11
 
 
-def classify(lamp: Lamp) -> Kind | None:
+def classify(lamp: Lamp) -> LampKind | None:
     """Return the kind of a sun, None if it has no direction."""
     if not lamp.to_world[:, 2].any():
         return None
@@ -37,25 +47,28 @@ def _compile(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
     return [float(value) for value in row]
 
 
-def _power(lamp: Lamp, radius: float) -> float:
-    return np.pi * radius**2 * brightness(lamp)
+def _source(lamp: Lamp, origin: NDArray[np.float64]) -> Source:
+    axis = -np.array(_compile(lamp, origin)[0:3])
+    return Source(np.zeros(3), 0.0, brightness(lamp), axis, ONE_SIDE)
 
 
 def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
     return None
 
 
-def _sample(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+def _sample(rows: Rows, point: Vec, u: Scalar, v: Scalar, with_pdf: bool = False) -> Sampled:
     """Sample the cone by solid angle; unbiased."""
     x, y, z = uniform_cone(u, v, rows[MINUS_COS])
     to_light = rows[0:3] * z
     to_light += rows[3:6] * x
     to_light += rows[6:9] * y
-    pdf = np.empty_like(z)
-    pdf[:] = F32(0.5) * INV_PI / rows[MINUS_COS]
     gain = np.empty_like(z)
     gain[:] = rows[GAIN]
-    return to_light, gain, pdf
+    pdf = None
+    if with_pdf:
+        pdf = np.empty_like(z)
+        pdf[:] = F32(0.5) * INV_PI / rows[MINUS_COS]
+    return Sampled(to_light, gain, pdf, np.ones_like(z))
 
 
 def _intersect(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
@@ -68,16 +81,19 @@ def _intersect(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar,
     return np.where(hit, AT_INFINITY, F32(np.inf)), gain, pdf
 
 
-def _sample_parallel(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+def _sample_parallel(
+    rows: Rows, point: Vec, u: Scalar, v: Scalar, with_pdf: bool = False
+) -> Sampled:
     """Go towards the sun: nothing to choose."""
     to_light = np.empty((3, u.size), F32)
     to_light[:] = rows[0:3]
-    return to_light, np.ones(u.size, F32), np.zeros(u.size, F32)
+    pdf = np.zeros(u.size, F32) if with_pdf else None
+    return Sampled(to_light, np.ones(u.size, F32), pdf, np.ones(u.size, F32))
 
 
 def _intersect_parallel(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
     return missed(origin, direction)
 
 
-SUN = Kind("sun", _compile, _sample, _intersect, _power, _hull, DISTANT=True)
+SUN = LampKind("sun", _sample, _intersect, _compile, _source, _hull, DISTANT=True)
 PARALLEL = replace(SUN, name="parallel", sample=_sample_parallel, intersect=_intersect_parallel)

@@ -5,7 +5,8 @@ A kind works on `rows` (P, N) float32: parameter p of the light that point n loo
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,31 +20,79 @@ Hull = tuple[NDArray[np.float64], NDArray[np.int32]]  # vertices (V, 3), triangl
 TINY = F32(1e-30)
 AT_INFINITY = np.finfo(np.float32).max  # the distance at which a ray meets a distant light
 
+# How the light of a source is spread over directions, see `Source`
+ALL_SIDES, ONE_SIDE, BOTH_SIDES = 0, 1, 2
+
+
+class Sampled(NamedTuple):
+    """What a kind's `sample` returns.
+
+    to_light (3, N) leads from the point to a point of the light, or is a unit vector if the kind
+    is DISTANT.  colour * gain (N,) * f cos is the unbiased contribution: gain is radiance / pdf,
+    for lights without extent intensity / distance^2 with pdf = 0.  pdf (N,) [1/sr] is None if it
+    was not asked for.  distance (N,) is the length of `to_light`.  Where no light arrives
+    gain = pdf = 0.
+    """
+
+    to_light: Vec
+    gain: Scalar
+    pdf: Scalar | None
+    distance: Scalar
+
+
+class Sampler(Protocol):
+    """The signature of a kind's `sample`."""
+
+    def __call__(
+        self, rows: Rows, point: Vec, u: Scalar, v: Scalar, with_pdf: bool = False
+    ) -> Sampled:
+        """Sample the light for points (3, N) by u, v (N,)."""
+
+
+class Source(NamedTuple):
+    """What matters of a light for choosing it: a sketch that need not be exact.
+
+    centre (3,) about the local origin [m]; spread: the mean square distance of its points from
+    there [m2]; strength: the largest intensity [W/sr], of distant lights the irradiance [W/m2];
+    axis (3,): where it shines to, unit length; sides: ALL_SIDES, or by the cosine to the axis
+    ONE_SIDE or BOTH_SIDES.
+    """
+
+    centre: NDArray[np.float64]
+    spread: float
+    strength: float
+    axis: NDArray[np.float64]
+    sides: int
+
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """One kind of light; add one with a file, and a line in the registry of `lights`.
+    """One kind of light.
 
-    compile(lamp, origin) -> its P parameters, positions relative to `origin` in float64.
-    sample(rows, point, u, v) -> to_light (3, N), gain (N,), pdf (N,) [1/sr].  `to_light` leads from
-        the point to a point of the light, or is a unit vector if DISTANT.  colour * gain * f cos is
-        the unbiased contribution: gain is radiance / pdf, for lights without extent intensity /
-        distance^2 with pdf = 0.  Where no light arrives gain = pdf = 0.
+    sample(rows, point, u, v, with_pdf) -> see `Sampled`.
     intersect(rows, origin, direction) -> t (N,), gain (N,), pdf (N,).  `direction` is of unit
         length; t is inf where the ray misses, AT_INFINITY where it meets a distant light;
         colour * gain is the radiance seen, pdf that of `sample` for this direction.
-    power(lamp, radius) -> what its rank among the lights is based on [W], with the radius of the
-        scene [m] for the distant ones.
-    hull(lamp, origin) -> triangles that enclose it, or None if rays cannot meet it there.
     """
 
     name: str
-    compile: Callable[[Lamp, NDArray[np.float64]], list[float]]
-    sample: Callable[[Rows, Vec, Scalar, Scalar], tuple[Vec, Scalar, Scalar]]
+    sample: Sampler
     intersect: Callable[[Rows, Vec, Vec], tuple[Scalar, Scalar, Scalar]]
-    power: Callable[[Lamp, float], float]
+    DISTANT: bool = field(default=False, kw_only=True)
+
+
+@dataclass(frozen=True, eq=False)
+class LampKind(Kind):
+    """One kind of lamp; add one with a file, and a line in the registry of `lights`.
+
+    compile(lamp, origin) -> its P parameters, positions relative to `origin` in float64.
+    source(lamp, origin) -> what choosing it is based on.
+    hull(lamp, origin) -> triangles that enclose it, or None if rays cannot meet it there.
+    """
+
+    compile: Callable[[Lamp, NDArray[np.float64]], list[float]]
+    source: Callable[[Lamp, NDArray[np.float64]], Source]
     hull: Callable[[Lamp, NDArray[np.float64]], Hull | None]
-    DISTANT: bool = False
 
 
 def position(lamp: Lamp, origin: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -53,7 +102,7 @@ def position(lamp: Lamp, origin: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def brightness(lamp: Lamp) -> float:
     """Return the mean of the lamp's three strengths."""
-    return float(np.mean(lamp.strength))
+    return float(np.mean(np.abs(lamp.strength)))
 
 
 def missed(origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:

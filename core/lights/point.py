@@ -15,10 +15,15 @@ from ..arrays import F32, INV_PI, Scalar, Vec, dot, frame
 from ..sampling.warp import concentric_disk, uniform_cone
 from ..scene import Lamp
 from .kind import (
+    ALL_SIDES,
+    ONE_SIDE,
     TINY,
     Hull,
     Kind,
+    LampKind,
     Rows,
+    Sampled,
+    Source,
     brightness,
     missed,
     position,
@@ -34,7 +39,7 @@ TO_LOCAL, COS_CONE, SMOOTH = 4, 13, 14
 GRAZING, PI = F32(1e-6), F32(np.pi)
 
 
-def classify(lamp: Lamp) -> Kind | None:
+def classify(lamp: Lamp) -> LampKind | None:
     """Return the kind of a point or spot lamp, None for a spot that is squeezed flat."""
     if lamp.kind == "SPOT" and _to_local(lamp) is None:
         return None
@@ -66,12 +71,15 @@ def _compile_spot(lamp: Lamp, origin: NDArray[np.float64]) -> list[float]:
     return [*_compile_point(lamp, origin), *map(float, to_local.ravel()), float(cosine), smooth]
 
 
-def _power_point(lamp: Lamp, radius: float) -> float:
-    return 4.0 * np.pi * brightness(lamp)
+def _source_point(lamp: Lamp, origin: NDArray[np.float64]) -> Source:
+    spread = 0.5 * lamp.radius**2
+    return Source(position(lamp, origin), spread, brightness(lamp), np.zeros(3), ALL_SIDES)
 
 
-def _power_spot(lamp: Lamp, radius: float) -> float:
-    return float(2.0 * np.pi * (1.0 - np.cos(0.5 * lamp.spot_angle)) * brightness(lamp))
+def _source_spot(lamp: Lamp, origin: NDArray[np.float64]) -> Source:
+    axis = -lamp.to_world[:, 2] / np.linalg.norm(lamp.to_world[:, 2])
+    sides = ONE_SIDE if lamp.spot_angle <= np.pi else ALL_SIDES
+    return _source_point(lamp, origin)._replace(axis=axis, sides=sides)
 
 
 def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
@@ -95,14 +103,16 @@ def _falloff(rows: Rows, to_light: Vec) -> Scalar:
     return share
 
 
-def _sample_point(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+def _sample_point(rows: Rows, point: Vec, u: Scalar, v: Scalar, with_pdf: bool = False) -> Sampled:
     """Go to the light: nothing to choose."""
     to_light = rows[:3] - point
-    gain = np.reciprocal(np.maximum(dot(to_light, to_light), TINY))
-    return to_light, gain, np.zeros_like(gain)
+    squared = dot(to_light, to_light)
+    gain = np.reciprocal(np.maximum(squared, TINY))
+    pdf = np.zeros_like(gain) if with_pdf else None
+    return Sampled(to_light, gain, pdf, np.sqrt(squared, out=squared))
 
 
-def _sample_disk(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+def _sample_disk(rows: Rows, point: Vec, u: Scalar, v: Scalar, with_pdf: bool = False) -> Sampled:
     """Sample the disk that faces the point, by area; unbiased."""
     to_light = rows[:3] - point
     squared = dot(to_light, to_light)
@@ -116,8 +126,10 @@ def _sample_disk(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Sca
     to_light += tangent
     to_light += bitangent
     squared += x * x + y * y
-    gain = np.divide(distance, np.maximum(squared * np.sqrt(squared), TINY))
-    return to_light, gain, reciprocal(gain * (PI * rows[RADIUS] * rows[RADIUS]))
+    length = np.sqrt(squared)
+    gain = np.divide(distance, np.maximum(squared * length, TINY))
+    pdf = reciprocal(gain * (PI * rows[RADIUS] * rows[RADIUS])) if with_pdf else None
+    return Sampled(to_light, gain, pdf, length)
 
 
 def _cone(rows: Rows, squared: Scalar) -> tuple[Scalar, Scalar]:
@@ -127,7 +139,7 @@ def _cone(rows: Rows, squared: Scalar) -> tuple[Scalar, Scalar]:
     return np.maximum(sine_squared / plus, TINY), plus
 
 
-def _sample_sphere(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, Scalar, Scalar]:
+def _sample_sphere(rows: Rows, point: Vec, u: Scalar, v: Scalar, with_pdf: bool = False) -> Sampled:
     """Sample the solid angle of the sphere, all directions from inside of it; unbiased."""
     axis = rows[:3] - point
     squared = dot(axis, axis)
@@ -151,11 +163,12 @@ def _sample_sphere(rows: Rows, point: Vec, u: Scalar, v: Scalar) -> tuple[Vec, S
     # Go to the sphere: to its near side from outside, to its far side from inside
     across = distance * np.sqrt(x * x + y * y)
     half = np.sqrt(np.maximum((radius - across) * (radius + across), F32(0)))
-    to_light *= distance * cosine + np.where(inside, half, -half)
-    pdf = F32(0.5) * INV_PI / minus
+    length = distance * cosine + np.where(inside, half, -half)
+    to_light *= length
+    pdf = F32(0.5) * INV_PI / minus if with_pdf else None
     gain = F32(2) / np.maximum(plus * squared, TINY)
     gain = np.where(inside, F32(4) / (radius * radius), gain)
-    return to_light, gain, pdf
+    return Sampled(to_light, gain, pdf, np.maximum(length, F32(0)))
 
 
 def _intersect_disk(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
@@ -200,13 +213,21 @@ def _outside(rows: Rows, point: Vec) -> Scalar:
 
 
 def _sample_spot(
-    rows: Rows, point: Vec, u: Scalar, v: Scalar, *, shape: Kind, ball: bool
-) -> tuple[Vec, Scalar, Scalar]:
+    rows: Rows,
+    point: Vec,
+    u: Scalar,
+    v: Scalar,
+    with_pdf: bool = False,
+    *,
+    shape: Kind,
+    ball: bool,
+) -> Sampled:
     """Sample the shape, dimmed by the angle to the axis; no cone inside of a sphere (Cycles)."""
-    to_light, gain, pdf = shape.sample(rows, point, u, v)
-    falloff = _falloff(rows, to_light)
+    sampled = shape.sample(rows, point, u, v, with_pdf)
+    falloff = _falloff(rows, sampled.to_light)
+    gain = sampled.gain
     gain *= np.where(_outside(rows, point), falloff, F32(1)) if ball else falloff
-    return to_light, gain, pdf
+    return sampled
 
 
 def _intersect_spot(
@@ -223,18 +244,18 @@ def _intersect_point(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar, S
     return missed(origin, direction)
 
 
-def _spot(shape: Kind, ball: bool = False) -> Kind:
+def _spot(shape: LampKind, ball: bool = False) -> LampKind:
     return replace(
         shape,
         name=f"spot {shape.name}",
         compile=_compile_spot,
         sample=partial(_sample_spot, shape=shape, ball=ball),
         intersect=partial(_intersect_spot, shape=shape, ball=ball),
-        power=_power_spot,
+        source=_source_spot,
     )
 
 
-POINT = Kind("point", _compile_point, _sample_point, _intersect_point, _power_point, _hull)
+POINT = LampKind("point", _sample_point, _intersect_point, _compile_point, _source_point, _hull)
 DISK = replace(POINT, name="disk", sample=_sample_disk, intersect=_intersect_disk)
 SPHERE = replace(POINT, name="sphere", sample=_sample_sphere, intersect=_intersect_sphere)
 POINTS = {"point": POINT, "disk": DISK, "sphere": SPHERE}

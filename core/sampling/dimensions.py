@@ -5,10 +5,11 @@ other (see `patterns`).  Only those that a plan draws are ever computed.
 """
 
 PIXEL, LENS, TIME = 0, 1, 2  # of the camera ray
-LIGHT, LIGHT_CHOICE, SCATTER, CHOICE, ROULETTE = 3, 4, 5, 6, 7  # of each bounce
+LIGHT, LIGHT_CHOICE, SCATTER, CHOICE, ROULETTE, WORLD = 3, 4, 5, 6, 7, 8  # of each bounce
 
-_PURPOSES = 8  # room for each bounce's purposes
+_PURPOSES = 9  # room for each bounce's purposes
 _LAMPS = 64  # lamps that may have a pair of their own
+LAST_ITEM = _LAMPS - 1
 
 # Bounces beyond this draw independent numbers: what stratification is worth there is less than
 # what its tables cost.

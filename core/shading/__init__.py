@@ -1,15 +1,27 @@
 """points -> closures.  What a surface does with light, compiled from its nodes."""
 
-from .closures import Closures, Group, SurfaceTable, choose_lobe, compile_table
-from .surfaces import Surface, compile_emission, compile_surface
+from .closures import LobeAt, Shaded, SurfaceTable, choose, columns, compile_table
+from .context import Arrival, Place
+from .lamps import LampShaders, fold_lamps
+from .rules import Rules
+from .surface import Surface
+from .surfaces import compile_surface
+from .world import WorldShader, compile_world
 
 __all__ = [
-    "Closures",
-    "Group",
+    "Arrival",
+    "LampShaders",
+    "LobeAt",
+    "Place",
+    "Rules",
+    "Shaded",
     "Surface",
     "SurfaceTable",
-    "choose_lobe",
-    "compile_emission",
+    "WorldShader",
+    "choose",
+    "columns",
     "compile_surface",
     "compile_table",
+    "compile_world",
+    "fold_lamps",
 ]

@@ -1,162 +1,409 @@
-"""points -> closures.  The lobes at a batch of hits, grouped by closure type.
+"""points -> closures.  The lobes at a batch of hits, program by program.
 
-Constant materials are compiled into tables with a column for each material; running them is a
-gather.  Groups hold indices into the batch, so each type's arithmetic runs over whole arrays.
+Points whose materials share a program are shaded together; the closures of a program have the
+same points, so that one direction to a light serves them all.
 """
 
-from dataclasses import dataclass
-from types import ModuleType
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Index, Scalar, Vec
-from ..bsdf import REGISTRY
+from ..arrays import F32, Ids, Index, Scalar, Vec, dot, frame, normalize
+from ..bsdf import DIFFUSE, GLOSSY, REGISTRY
 from ..geometry.surface import Points
-from .surfaces import Surface
+from .context import NOWHERE, Arrival, Context, Place
+from .program import Program, merge, structure
+from .spaces import READS_SPACES
+from .surface import Lobe, Surface
+from .values import Array, Value, walk
+
+
+def columns(array: Any, index: Index) -> Any:
+    """Return columns `index` of an array (..., N) or of one (..., 1) that stands for all."""
+    return array if array.shape[-1] == 1 else array.take(index, axis=-1)
+
+
+class Frame:
+    """Local frames about shading normals (3, n): made when they are first used.
+
+    x lies along the tangent (3, n) if there is one.
+    """
+
+    def __init__(self, normal: Vec, tangent: Vec | None, wo: Vec) -> None:
+        self.normal, self._tangent, self._wo = normal, tangent, wo
+
+    @cached_property
+    def axes(self) -> tuple[Vec, Vec, Vec]:
+        """Two tangents and the normal (3, n)."""
+        if self._tangent is None:
+            return *frame(self.normal), self.normal
+        x = self._tangent - self.normal * dot(self.normal, self._tangent)
+        long = dot(x, x) > F32(1e-12)
+        if not long.all():
+            lost = np.flatnonzero(~long)
+            x[:, lost] = frame(self.normal.take(lost, axis=1))[0]
+        x = normalize(x)
+        n = self.normal
+        y = np.empty_like(x)
+        y[0] = n[1] * x[2] - n[2] * x[1]
+        y[1] = n[2] * x[0] - n[0] * x[2]
+        y[2] = n[0] * x[1] - n[1] * x[0]
+        return x, y, n
+
+    @cached_property
+    def wo(self) -> Vec:
+        """The viewer's direction (3, n), local."""
+        return self.local(self._wo)
+
+    def local(self, direction: Vec) -> Vec:
+        """Return world directions (3, n) in the local frame."""
+        out = np.empty_like(direction)
+        for row, axis in zip(out, self.axes, strict=True):
+            row[:] = dot(axis, direction)
+        return out
+
+    def world(self, local: Vec) -> Vec:
+        """Return local directions (3, n) in the world."""
+        x, y, z = self.axes
+        direction = x * local[0]
+        direction += y * local[1]
+        direction += z * local[2]
+        return direction
+
+    def take(self, index: Index) -> "Frame":
+        """Return the frames at `index`."""
+        tangent = None if self._tangent is None else columns(self._tangent, index)
+        return Frame(self.normal.take(index, axis=1), tangent, self._wo.take(index, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
-    """Points that have a lobe of one closure type.
+class LobeAt:
+    """One closure at n points: weight (3, n) or (3, 1), parameters (rows, n) or (rows, 1).
 
-    index (n,) into the batch, None for all of it; weight (3, n); parameters (P, n); lobe counts
-    the lobes of a material.
+    share (n,) or (1,) is the probability with which it is chosen to go on, None is 1.
     """
 
-    module: ModuleType
-    index: Index | None
-    weight: Vec
-    parameters: Vec
-    lobe: int = 0
+    module: Any
+    weight: Array
+    parameters: tuple[Array, ...]
+    frame: Frame
+    share: Scalar | None = None
 
-    def take(self, index: Index) -> "Group":
-        """Return the part of the group that `index` counts from its first point."""
-        return Group(
+    def take(self, index: Index) -> "LobeAt":
+        """Return the closure at the points of `index`."""
+        return LobeAt(
             self.module,
-            index if self.index is None else self.index.take(index),
-            self.weight.take(index, axis=1),
-            self.parameters.take(index, axis=1),
-            self.lobe,
+            columns(self.weight, index),
+            tuple(columns(parameter, index) for parameter in self.parameters),
+            self.frame.take(index),
+            None if self.share is None else columns(self.share, index),
         )
 
 
 @dataclass(frozen=True, eq=False)
-class Closures:
-    """All lobes at a batch of points; `single` if no point has more than one."""
+class Shaded:
+    """The closures of one program at its points `index` (n,), None for all of the batch."""
 
-    groups: tuple[Group, ...]
-    single: bool
+    index: Index | None
+    size: int
+    lobes: tuple[LobeAt, ...]
 
-    def attenuate(self, throughput: Vec | None) -> None:
-        """Multiply all weights by their path's throughput (3, N); None is 1."""
-        if throughput is None:
-            return
-        for group in self.groups:
-            some = throughput if group.index is None else throughput.take(group.index, axis=1)
-            np.multiply(group.weight, some, out=group.weight)
+    @property
+    def scatters(self) -> bool:
+        """Whether a lamp can light any of the closures."""
+        return any(not lobe.module.IS_DELTA for lobe in self.lobes)
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """A program, and which of its values are what; orders are what `Program.run` needs."""
+
+    program: Program
+    lobes: tuple[Lobe, ...]
+    scattering: tuple[Value, ...]
+    scattering_order: tuple[Value, ...]
+    emission: Value | None
+    emission_order: tuple[Value, ...]
+    transparency: Value | None
+    transparency_order: tuple[Value, ...]
+    holdout: Value | None
+    holdout_order: tuple[Value, ...]
+
+    def shade(
+        self, context: Context, column: Ids | None, throughput: Vec | None, is_chosen: bool
+    ) -> Shaded:
+        """Return the closures at the points of a context, their weights times the throughput.
+
+        With shares if one of the closures will be chosen.
+        """
+        known = dict(
+            zip(
+                map(id, self.scattering),
+                self.program.run(self.scattering, self.scattering_order, context, column),
+                strict=True,
+            )
+        )
+        frames: dict[tuple[int, int], Frame] = {}
+        lobes = []
+        for lobe in self.lobes:
+            module = REGISTRY[lobe.closure]
+            normal, tangent = _normal(lobe, module, known, context), None
+            if lobe.tangent is not None:
+                tangent = known[id(lobe.tangent)]
+            key = id(normal), id(tangent)
+            if key not in frames:
+                frames[key] = Frame(normal, tangent, context.wo)
+            weight = known[id(lobe.weight)]
+            if throughput is not None:
+                weight = weight * context.of(throughput)
+            parameters = tuple(known[id(parameter)] for parameter in lobe.parameters)
+            share = known[id(lobe.importance)] if is_chosen and len(self.lobes) > 1 else None
+            lobes.append(LobeAt(module, weight, parameters, frames[key], share))
+        return Shaded(context.index, context.size, tuple(_normalized(lobes)))
+
+
+def _normal(lobe: Lobe, module: Any, known: dict[int, Array], context: Context) -> Vec:
+    if lobe.normal is not None:
+        return known[id(lobe.normal)]
+    return context.normal if module.RAY_KIND == DIFFUSE else context.valid_normal
+
+
+def _normalized(lobes: list[LobeAt]) -> Iterator[LobeAt]:
+    """Yield the lobes with shares that add up to 1, if they have shares."""
+    shares = [lobe.share for lobe in lobes if lobe.share is not None]
+    if not shares:
+        yield from lobes
+        return
+    total = shares[0] + shares[1]
+    for share in shares[2:]:
+        total = total + share
+    scale = np.reciprocal(np.maximum(total, F32(1e-30)))
+    for lobe, share in zip(lobes, shares, strict=True):
+        yield replace(lobe, share=share * scale)
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceTable:
-    """M materials of up to K lobes.
+    """The surfaces of M materials, as recipes; program and column (M,) int32 of each of them.
 
-    modules: the closure types that occur; kind (K, M) int8 counts into them, -1 is no lobe;
-    weight (K, 3, M), parameters (K, P, M) float32; emission (3, M) or None if nothing emits.
+    glows, is_transparent (M,) bool; plain_transparency and plain_emission (3, M) are these, None
+    if any depends on the point; reads_spaces: of objects, which
+    `place` must then have.  `blurred` are the same surfaces as paths see them that filter
+    glossy blurs, None where it changes nothing.
     """
 
-    modules: tuple[ModuleType, ...]
-    kind: NDArray[np.int8]
-    weight: NDArray[np.float32]
-    parameters: NDArray[np.float32]
-    emission: NDArray[np.float32] | None
+    recipes: tuple[Recipe, ...]
+    program: Ids
+    column: Ids
+    glows: NDArray[np.bool_]
+    is_transparent: NDArray[np.bool_]
+    plain_transparency: NDArray[np.float32] | None
+    plain_emission: NDArray[np.float32] | None
+    has_holdout: bool
+    modules: tuple[Any, ...]
+    reads_spaces: bool
+    place: Place = NOWHERE
+    blurred: "SurfaceTable | None" = None
 
     @property
     def has_specular(self) -> bool:
-        """Whether any closure scatters into single directions only."""
-        return any(module.IS_DELTA for module in self.modules)
+        """Whether any closure is glossy: rays from it may have to meet lamps."""
+        return any(module.RAY_KIND == GLOSSY for module in self.modules)
 
-    def run(self, points: Points) -> Closures:
-        """Return the lobes at `points`."""
-        groups = []
-        for lobe in range(len(self.kind)):
-            kind = self.kind[lobe]
-            for number, module in enumerate(self.modules):
-                if not (kind == number).any():
+    @property
+    def lights_both_sides(self) -> bool:
+        """Whether light from behind any surface may reach the viewer."""
+        return any(module.TRANSMITS and not module.IS_DELTA for module in self.modules)
+
+    def shade(
+        self,
+        points: Points,
+        arrival: Arrival,
+        throughput: Vec | None,
+        is_chosen: bool,
+    ) -> tuple[Shaded, ...]:
+        """Return the closures at `points`, program by program; `is_chosen`: one will go on."""
+        some = None
+        shaded: list[Shaded] = []
+        if self.blurred is not None and arrival.blur is not None:
+            is_blurred = arrival.blur > 0
+            some, other = np.flatnonzero(is_blurred), np.flatnonzero(~is_blurred)
+            if some.size:
+                index = some if other.size else None
+                shaded += self.blurred._shade(points, arrival, throughput, index, is_chosen)
+            if not other.size:
+                return tuple(shaded)
+            some = other if some.size else None
+        shaded += self._shade(points, arrival, throughput, some, is_chosen)
+        return tuple(shaded)
+
+    def _shade(
+        self,
+        points: Points,
+        arrival: Arrival,
+        throughput: Vec | None,
+        some: Index | None,
+        is_chosen: bool,
+    ) -> Iterator[Shaded]:
+        for recipe, index, column in self._split(points.material, some):
+            if recipe.lobes:
+                context = Context(points, arrival, index, self.place)
+                yield recipe.shade(context, column, throughput, is_chosen)
+
+    def emission(self, points: Points, arrival: Arrival) -> Iterator[tuple[Index | None, Array]]:
+        """Yield points and the radiance (3, n) or (3, 1) that they emit to the viewer."""
+        for recipe, index, column in self._split(points.material, None):
+            if recipe.emission is not None:
+                context = Context(points, arrival, index, self.place)
+                (light,) = recipe.program.run(
+                    (recipe.emission,), recipe.emission_order, context, column
+                )
+                yield index, light
+
+    def typical_emission(self) -> NDArray[np.float32]:
+        """Return what each material emits (3, M) to one who looks at it from the front."""
+        if self.plain_emission is not None:
+            return self.plain_emission
+        count = self.program.size
+        up = np.repeat(np.array([[0], [0], [1]], F32), count, axis=1)
+        zero, none = np.zeros(count, F32), np.zeros(count, np.int32)
+        material = np.arange(count, dtype=np.int32)
+        points = Points(
+            up * 0, -up, up, up, none > 0, zero, none, material, zero, None, zero, zero, none
+        )
+        light = np.zeros((3, count), F32)
+        for index, some in self.emission(points, Arrival(0)):
+            light[:, slice(None) if index is None else index] = some
+        return light
+
+    def transparency(self, points: Points, arrival: Arrival) -> Vec:
+        """Return the share of light (3, N) that passes the points straight."""
+        out = np.zeros((3, points.size), F32)
+        for recipe, index, column in self._split(points.material, None):
+            if recipe.transparency is not None:
+                context = Context(points, arrival, index, self.place)
+                (passed,) = recipe.program.run(
+                    (recipe.transparency,), recipe.transparency_order, context, column
+                )
+                out[:, slice(None) if index is None else index] = passed
+        return out
+
+    def holdout(self, points: Points, arrival: Arrival) -> Iterator[tuple[Index | None, Array]]:
+        """Yield points and how deep (n,) or (1,) they cut a hole into the picture."""
+        for recipe, index, column in self._split(points.material, None):
+            if recipe.holdout is not None:
+                context = Context(points, arrival, index, self.place)
+                (depth,) = recipe.program.run(
+                    (recipe.holdout,), recipe.holdout_order, context, column
+                )
+                yield index, depth
+
+    def _split(
+        self, material: Ids, some: Index | None
+    ) -> Iterator[tuple[Recipe, Index | None, Ids | None]]:
+        """Yield each recipe that occurs, with its points (None: all) and their columns."""
+        if some is not None:
+            material = material.take(some)
+        number = self.program.take(material) if len(self.recipes) > 1 else None
+        for place, recipe in enumerate(self.recipes):
+            index = None
+            if number is not None:
+                index = np.flatnonzero(number == place)
+                if not index.size:
                     continue
-                index = None
-                material = points.material
-                if not (kind == number).all():
-                    index = np.flatnonzero(kind.take(material) == number)
-                    if not index.size:
-                        continue
-                    material = material.take(index)
-                count = len(module.PARAMETERS)
-                groups.append(
-                    Group(
-                        module,
-                        index,
-                        self.weight[lobe].take(material, axis=1),
-                        self.parameters[lobe, :count].take(material, axis=1),
-                        lobe,
-                    )
-                )
-        return Closures(tuple(groups), len(self.kind) == 1)
+                if index.size == number.size:
+                    index = None
+            column = None
+            if recipe.program.columns:
+                which = material if index is None else material.take(index)
+                column = self.column.take(which)
+            if some is not None:
+                index = some if index is None else some.take(index)
+            yield recipe, index, column
 
 
-def choose_lobe(closures: Closures, size: int, u: Scalar) -> Closures:
-    """Keep one lobe of each of `size` points, chosen by u (N,) in proportion to its weight.
+def choose(shaded: Shaded, u: Scalar) -> Iterator[tuple[Index | None, LobeAt]]:
+    """Yield lobes with the points of `shaded` that u (n,) lets go on with them.
 
-    The weights of those that stay are divided by their probability: unbiased.
+    The points are counted within `shaded`; None is all of them.
     """
-    if closures.single:
-        return closures
-    total = np.zeros(size, F32)
-    shares = []
-    for group in closures.groups:
-        share = group.weight[0] + group.weight[1] + group.weight[2]
-        shares.append(share)
-        if group.index is None:
-            total += share
-        else:
-            total[group.index] += share
-    target = u * total
-    below = np.zeros(size, F32)
-    kept = []
-    for group, share in zip(closures.groups, shares, strict=True):
-        index = np.arange(size) if group.index is None else group.index
-        low = below.take(index)
-        high = low + share
-        below[index] = high
-        aim = target.take(index)
-        chosen = np.flatnonzero((aim >= low) & (aim < high))
+    below: Scalar | float = 0.0
+    last = len(shaded.lobes) - 1
+    for place, lobe in enumerate(shaded.lobes):
+        if lobe.share is None:
+            yield None, lobe
+            return
+        above = below + lobe.share
+        chosen = np.flatnonzero((u >= below) & (u < above) if place < last else u >= below)
         if chosen.size:
-            scale = total.take(index.take(chosen)) / share.take(chosen)
-            kept.append(
-                Group(
-                    group.module,
-                    index.take(chosen),
-                    group.weight.take(chosen, axis=1) * scale,
-                    group.parameters.take(chosen, axis=1),
-                )
-            )
-    return Closures(tuple(kept), True)
+            yield chosen, lobe.take(chosen)
+        below = above
 
 
-def compile_table(surfaces: list[Surface]) -> SurfaceTable:
-    """Lay the lobes of all materials out as columns."""
-    names = list(dict.fromkeys(lobe.closure for s in surfaces for lobe in s.lobes))
-    modules = tuple(REGISTRY[name] for name in names)
-    lobes = max((len(s.lobes) for s in surfaces), default=0)
-    width = max((len(module.PARAMETERS) for module in modules), default=0)
-    kind = np.full((lobes, len(surfaces)), -1, np.int8)
-    weight = np.zeros((lobes, 3, len(surfaces)), F32)
-    parameters = np.zeros((lobes, width, len(surfaces)), F32)
-    emission = np.zeros((3, len(surfaces)), F32)
-    for column, surface in enumerate(surfaces):
-        emission[:, column] = surface.emission
-        for row, lobe in enumerate(surface.lobes):
-            kind[row, column] = names.index(lobe.closure)
-            weight[row, :, column] = lobe.weight
-            parameters[row, : len(lobe.parameters), column] = lobe.parameters
-    return SurfaceTable(modules, kind, weight, parameters, emission if emission.any() else None)
+def compile_table(surfaces: Sequence[Surface]) -> SurfaceTable:
+    """Sort the surfaces of all materials into programs."""
+    groups: dict[Any, list[int]] = {}
+    for number, surface in enumerate(surfaces):
+        key = tuple(lobe.closure for lobe in surface.lobes), structure(surface.outputs())
+        groups.setdefault(key, []).append(number)
+    program = np.zeros(len(surfaces), np.int32)
+    column = np.zeros(len(surfaces), np.int32)
+    recipes = []
+    for place, members in enumerate(groups.values()):
+        program[members] = place
+        column[members] = np.arange(len(members))
+        recipes.append(_recipe([surfaces[member] for member in members]))
+    names = dict.fromkeys(lobe.closure for surface in surfaces for lobe in surface.lobes)
+    return SurfaceTable(
+        tuple(recipes),
+        program,
+        column,
+        np.array([surface.emission is not None for surface in surfaces], bool),
+        np.array([surface.transparency is not None for surface in surfaces], bool),
+        _plain([surface.transparency for surface in surfaces]),
+        _plain([surface.emission for surface in surfaces]),
+        any(surface.holdout is not None for surface in surfaces),
+        tuple(REGISTRY[name] for name in names),
+        any(item.function in READS_SPACES for recipe in recipes for item in recipe.program.order),
+    )
+
+
+def _plain(values: list[Value | None]) -> NDArray[np.float32] | None:
+    """Return constants as columns (3, M), None is black; None if they are not all constants."""
+    table = np.zeros((3, len(values)), F32)
+    for column, item in enumerate(values):
+        if item is not None and item.constant is None:
+            return None
+        if item is not None and item.constant is not None:
+            table[:, column] = item.constant.reshape(-1)
+    return table
+
+
+def _recipe(members: list[Surface]) -> Recipe:
+    first = members[0]
+    program = merge([surface.outputs() for surface in members])
+    scattering = []
+    for lobe in first.lobes:
+        scattering += [lobe.weight, *lobe.parameters]
+        scattering += [lobe.importance] if len(first.lobes) > 1 else []
+        scattering += [part for part in (lobe.normal, lobe.tangent) if part is not None]
+
+    def order(output: Value | None) -> tuple[Value, ...]:
+        return () if output is None else tuple(walk([output]))
+
+    return Recipe(
+        program,
+        tuple(first.lobes),
+        tuple(scattering),
+        tuple(walk(scattering)),
+        first.emission,
+        order(first.emission),
+        first.transparency,
+        order(first.transparency),
+        first.holdout,
+        order(first.holdout),
+    )

@@ -1,179 +1,285 @@
-"""points, closures -> radiance.  Shadow rays towards lamps (next-event estimation).
+"""points, closures -> radiance.  Shadow rays towards lights (next-event estimation).
 
 Every lamp gets shadow rays of its own, each with its own length, while lamps are few; of many
-lamps one is chosen at each point, by power.  Unbiased.
+lights one is chosen at each point.  A light that scattered rays may also meet by chance is
+weighted against that, closure by closure.  Unbiased.
+Source: Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering".
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ..arrays import F32, Index, Scalar, Vec, check, dot, frame
+from ..arrays import F32, Index, Scalar, Vec, check, dot, take
+from ..bsdf import DIFFUSE, lit_as
 from ..geometry.accel import FAR
 from ..geometry.surface import Points
-from ..geometry.terminator import raise_starts
-from ..lights import Group as LampGroup
-from ..lights import Lights
+from ..geometry.terminator import raise_starts, shift
 from ..plan import Plan
-from ..sampling.dimensions import LIGHT, LIGHT_CHOICE, dimension
+from ..sampling.dimensions import (
+    ROULETTE,
+    STRATIFIED_BOUNCES,
+    dimension,
+)
 from ..sampling.draws import Draws
-from ..shading import Closures, Group
+from ..scene import EVERY_SET
+from ..shading import Arrival, LobeAt, Shaded
 from ..statistics import Tally
+from .arrival import at_lamps
+from .mis import power_weight
 from .radiance import Radiance
+from .receiver import Receiver, Sample
+from .samples import samples
+from .shadow import passed
 from .state import Paths
-
-# Shadow rays end a little before the lamp, by the rounding of their direction.
-NEARLY = F32(1.0 - 2.0**-16)
 
 # Below this share of points that get light, the others are left out of the query.
 WORTH_COMPACTING = 0.75
-
-# Up to so many lamps each get their own shadow rays; of more, one is chosen.
-LAMPS_SAMPLED_EACH = 8
-
-
-@dataclass(frozen=True, eq=False)
-class Receiver:
-    """The points of one closure type that lamps may light.
-
-    start (3, n): where shadow rays leave; slot (n,) or None.
-    """
-
-    points: Points
-    group: Group
-    start: Vec
-    slot: Index | None
 
 
 def add(
     plan: Plan,
     points: Points,
-    closures: Closures,
+    shaded: Sequence[Shaded],
     paths: Paths,
     draws: Draws,
-    bounce: int,
+    depth: int,
     radiance: Radiance,
     tally: Tally,
 ) -> None:
-    """Add the light of lamps that reaches `points` unblocked and is scattered to the viewer."""
-    lights = plan.lights
-    assert lights is not None
-    for group in closures.groups:
-        if group.module.IS_DELTA:
-            continue
-        to = _receiver(points, group, paths)
-        if lights.count <= LAMPS_SAMPLED_EACH:
-            light = _light_of_each(plan, lights, to, draws, bounce, tally)
-        else:
-            light = _light_of_chosen(plan, lights, to, draws, bounce, tally)
-        if light is not None:
-            radiance.add(group.weight * light, to.slot, bounce)
-
-
-def _receiver(points: Points, group: Group, paths: Paths) -> Receiver:
-    if group.index is None:
-        return Receiver(points, group, points.above, paths.slot)
-    points = points.take(group.index)
-    slot = group.index if paths.slot is None else paths.slot.take(group.index)
-    return Receiver(points, group, points.above, slot)
-
-
-def _light_of_each(
-    plan: Plan, lights: Lights, to: Receiver, draws: Draws, bounce: int, tally: Tally
-) -> Vec | Scalar | None:
-    """Return the scattered light of all lamps, before the closure's colour.
-
-    (3, n), or (n,) if the only lamp is grey.
-    """
-    split = plan.light_samples if bounce == 0 else 1
+    """Add the light that reaches `points` unblocked and is scattered to the viewer."""
+    arrival = None
+    if plan.lights is not None and plan.lights.shaders is not None:
+        arrival = at_lamps(paths, depth)
+    to = _receiver(points, shaded, paths, arrival)
+    if to is None:
+        return
+    only = to.only
     total: Vec | Scalar | None = None
-    for number in range(lights.count):
-        lamp = lights.single(number)
-        is_grey = lights.count == 1 and bool((lamp.colour == lamp.colour[0]).all())
-        if bounce > lamp.max_bounces[0] or not lamp.seen_by[0] & to.group.module.RAY_KIND:
-            continue
-        for item in range(split):
-            u, v = draws.pair(dimension(LIGHT, bounce, number), to.slot, item, split)
-            seen = _visible(plan, to, lamp, u, v, tally)
-            if seen is not None:
-                colour = lamp.colour * F32(1 / split)
-                light = (colour[0] if is_grey else colour) * seen
-                total = light if total is None else np.add(total, light, out=total)
-    return total
+    for sample in samples(plan, to, draws, depth):
+        light = _visible(plan, to, sample, draws, depth, tally)
+        if light is not None:
+            total = light if total is None else _sum(total, light)
+    if total is None:
+        return
+    if only is not None:
+        total = only.weight * total
+    is_direct = None if to.total is None else to.total == 0
+    radiance.add(np.broadcast_to(total, (3, to.points.size)), to.slot, depth, is_direct)
 
 
-def _light_of_chosen(
-    plan: Plan, lights: Lights, to: Receiver, draws: Draws, bounce: int, tally: Tally
-) -> Vec | None:
-    """Return the scattered light (3, n) of one lamp at each point, chosen by power."""
-    split = plan.light_samples if bounce == 0 else 1
-    total = np.zeros(to.start.shape, F32)
-    for item in range(split):
-        pick, _ = draws.pair(dimension(LIGHT_CHOICE, bounce), to.slot, item, split)
-        u, v = draws.pair(dimension(LIGHT, bounce), to.slot, item, split)
-        chosen, probability, _ = lights.choose(pick)
-        for index, lamps in lights.split(chosen):
-            part = Receiver(
-                to.points.take(index), to.group.take(index), to.start.take(index, axis=1), None
-            )
-            seen = _visible(plan, part, lamps, u.take(index), v.take(index), tally)
-            if seen is not None:
-                seen /= probability.take(index) * F32(split)
-                seen *= bounce <= lamps.max_bounces
-                seen *= (lamps.seen_by & to.group.module.RAY_KIND) != 0
-                light = lamps.colour * seen
-                for channel, value in zip(total, light, strict=True):
-                    channel[index] += value
-    return total
+def _sum(total: Vec | Scalar, light: Vec | Scalar) -> Vec | Scalar:
+    if total.ndim >= light.ndim:
+        total += light
+        return total
+    return total + light
+
+
+def _receiver(
+    points: Points, shaded: Sequence[Shaded], paths: Paths, arrival: Arrival | None
+) -> Receiver | None:
+    """Return the points that have a closure which lamps can light, None if there are none."""
+    lit = [each for each in shaded if each.scatters]
+    if not lit:
+        return None
+    lit = [Shaded(s.index, s.size, tuple(x for x in s.lobes if not x.module.IS_DELTA)) for s in lit]
+    count = sum(each.size for each in lit)
+    if count > WORTH_COMPACTING * points.size:
+        return Receiver(points, tuple(lit), paths.slot, paths.total, arrival, paths.passed)
+
+    # Leave the others out; what is left stands in the order of the programs.
+    index = np.concatenate([each.index for each in lit if each.index is not None])
+    start = 0
+    moved = []
+    for each in lit:
+        part = None if len(lit) == 1 else np.arange(start, start + each.size)
+        moved.append(Shaded(part, each.size, each.lobes))
+        start += each.size
+    slot = index if paths.slot is None else paths.slot.take(index)
+    total = None if paths.total is None else paths.total.take(index)
+    arrival = None if arrival is None else arrival.take(index)
+    passed = take(paths.passed, index)
+    return Receiver(points.take(index), tuple(moved), slot, total, arrival, passed)
+
+
+# --- Scattering and shadow ----------------------------------------------------------------------
 
 
 def _visible(
-    plan: Plan, to: Receiver, lamp: LampGroup, u: Scalar, v: Scalar, tally: Tally
+    plan: Plan, to: Receiver, sample: Sample, draws: Draws, depth: int, tally: Tally
 ) -> Scalar | Vec | None:
-    """Return f cos x gain (n,) or (3, n) of a lamp where it is not in shadow, else 0."""
-    assert plan.accel is not None and plan.triangles is not None
-    to_light, gain, _ = lamp.kind.sample(lamp.rows, to.start, u, v)
-    scattered, cos_light = _evaluate(to, to_light, gain)
-    check("direct", to_light=to_light, gain=gain, scattered=scattered)
+    """Return the light (3, n) that is scattered to the viewer where nothing is in its way.
 
-    # What carries no light gets no ray; light from below a flat surface does not reach it.
-    arriving = scattered if scattered.ndim == 1 else scattered.max(axis=0)
-    start = to.start
-    if to.points.smooth is not None:
-        start = raise_starts(plan.triangles, to.points, start, to_light, cos_light)
+    Without the closure's weight if there is only one; then (n,) if the light is grey.
+    """
+    assert plan.accel is not None and plan.triangles is not None
+    scattered = _scattered(plan, to, sample)
+    if scattered is None:
+        return None
+    check("direct", scattered=scattered)
+
+    # What carries no light gets no ray.
+    size = np.abs(scattered) if plan.may_darken else scattered
+    arriving = size if size.ndim == 1 else size.max(axis=0)
+    if plan.light_threshold > 0 and sample.casts_shadow is not False:
+        scattered, arriving = _thinned(plan, to, sample, draws, depth, scattered, arriving)
     lit = np.flatnonzero(arriving > 0)
     if not lit.size:
         return None
-    reach = FAR if lamp.kind.DISTANT else NEARLY
+    if sample.casts_shadow is False:
+        return scattered
+    start = _starts(plan, to, sample)
+    if start is not to.points.above:
+        # Aim anew from there: else the ray would end behind a light nearby.
+        moved = (start - to.points.above) * (sample.far < FAR)
+        sample = replace(sample, to_light=sample.to_light - moved)
+    visible: Scalar | Vec
     if lit.size > WORTH_COMPACTING * arriving.size:
         # Nearly all: cheaper to ask for all, those without light with a reach below zero.
-        far = np.where(arriving > 0, reach, F32(-1))
-        visible = plan.accel.free(start, to_light, far, tally)
+        far = np.where(arriving > 0, sample.far, F32(-1))
+        visible = passed(plan, to, start, sample, far, None, depth, tally)
     else:
-        start, to_light = start.take(lit, axis=1), to_light.take(lit, axis=1)
-        visible = np.zeros(arriving.size, F32)
-        visible[lit] = plan.accel.free(start, to_light, np.full(lit.size, reach, F32), tally)
+        far = np.broadcast_to(sample.far, arriving.size).take(lit)
+        some = passed(plan, to, start.take(lit, axis=1), sample, far, lit, depth, tally)
+        visible = np.zeros((*some.shape[:-1], arriving.size), F32)
+        visible[..., lit] = some
     tally.rays_shadow += lit.size
+    if sample.casts_shadow is not True:
+        visible = np.where(sample.casts_shadow, visible, F32(1))
+    return scattered * visible if visible.ndim > scattered.ndim else _product(scattered, visible)
+
+
+def _thinned(
+    plan: Plan,
+    to: Receiver,
+    sample: Sample,
+    draws: Draws,
+    depth: int,
+    scattered: Scalar | Vec,
+    arriving: Scalar,
+) -> tuple[Scalar | Vec, Scalar]:
+    """Return light, and its largest channel (n,), of which the faint is left out at random.
+
+    What adds less than the threshold to the picture goes on with the probability of its share of
+    it: unbiased.
+    """
+    seen = arriving if to.only is None else arriving * to.only.weight.max(axis=0)
+    faint = np.flatnonzero((seen < F32(plan.light_threshold)) & (arriving > 0))
+    if not faint.size:
+        return scattered, arriving
+    slot = faint if to.slot is None else to.slot.take(faint)
+    key = dimension(ROULETTE, depth + STRATIFIED_BOUNCES, sample.item + 1)
+    chance, _ = draws.pair(key, slot, *sample.part)
+    survival = seen.take(faint) * F32(1 / plan.light_threshold)
+    factor = np.ones(arriving.size, F32)
+    factor[faint] = (chance < survival) / np.maximum(survival, F32(1e-30))
+    return scattered * factor, arriving * factor
+
+
+def _product(scattered: Scalar | Vec, visible: Scalar | Vec) -> Scalar | Vec:
     scattered *= visible
     return scattered
 
 
-def _evaluate(to: Receiver, to_light: Vec, gain: Scalar) -> tuple[Scalar | Vec, Scalar]:
-    """Return f cos x gain, (n,) or (3, n), and the cosine (n,) of the light."""
-    normal = to.points.normal
-    distance = dot(to_light, to_light)
-    np.sqrt(distance, out=distance)
-    np.maximum(distance, F32(1e-30), out=distance)
-    z = dot(normal, to_light)
-    z /= distance
-    module = to.group.module
+def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
+    only = to.only
+    if plan.links_lights:
+        sample = _linked(plan, to.points, sample)
+    if only is not None:
+        value = _of_closure(only, None, sample)
+        if value is None:
+            return None
+        if plan.shifts_terminators:
+            value = _shifted(plan, to, value, only, None, sample)
+        if sample.light.shape[1] == 1 and (sample.light == sample.light[0]).all():
+            return value * (sample.gain * sample.light[0])
+        return value * sample.gain * sample.light
+    total = np.zeros((3, to.points.size), F32)
+    for shaded in to.shaded:
+        light: Vec | None = None
+        for lobe in shaded.lobes:
+            value = _of_closure(lobe, shaded.index, sample)
+            if value is not None:
+                if plan.shifts_terminators:
+                    value = _shifted(plan, to, value, lobe, shaded.index, sample)
+                value = lobe.weight * value
+                light = value if light is None else np.add(light, value, out=light)
+        if light is None:
+            continue
+        if shaded.index is None:
+            total = light
+        else:
+            for channel, values in zip(total, light, strict=True):
+                channel[shaded.index] = values
+    total *= sample.gain
+    total *= sample.light
+    return total
+
+
+def _linked(plan: Plan, points: Points, sample: Sample) -> Sample:
+    """Return the sample without what is not linked to the points."""
+    if isinstance(sample.receivers, int) and sample.receivers == EVERY_SET:
+        return sample
+    assert plan.triangles is not None and plan.triangles.objects is not None
+    assert points.instance is not None
+    sets = plan.triangles.objects.receiver_set.take(points.instance)
+    linked = (np.uint64(sample.receivers) >> sets.astype(np.uint64)) & np.uint64(1)
+    return replace(sample, gain=sample.gain * (linked > 0))
+
+
+def _of_closure(lobe: LobeAt, index: Index | None, sample: Sample) -> Scalar | Vec | None:
+    """Return f cos times the weight against scattered rays, before the closure's own weight."""
+    module = lobe.module
+    kinds = lit_as(module)
+    if isinstance(sample.seen_by, int) and not sample.seen_by & kinds:
+        return None
     if module.WEIGHT_IN_WI_Z:
-        value, _ = module.evaluate(to.group.parameters, None, (None, None, z))
+        z = dot(lobe.frame.normal, _part(sample.to_light, index))
+        z /= np.maximum(_part(sample.distance, index), F32(1e-30))
+        value, pdf = module.evaluate(lobe.parameters, None, (None, None, z))
     else:
-        tangent, bitangent = frame(normal)
-        wo = to.points.wo
-        local_o = np.stack([dot(tangent, wo), dot(bitangent, wo), dot(normal, wo)])
-        x, y = dot(tangent, to_light) / distance, dot(bitangent, to_light) / distance
-        value, _ = module.evaluate(to.group.parameters, local_o, np.stack([x, y, z]))
-    value *= gain
-    return value, z
+        wi = lobe.frame.local(_part(sample.wi, index))
+        value, pdf = module.evaluate(lobe.parameters, lobe.frame.wo, wi)
+
+    # Share the light with the scattered rays that meet it.
+    light_pdf = sample.matte_pdf if module.RAY_KIND == DIFFUSE else sample.pdf
+    if light_pdf is not None:
+        own = pdf if lobe.share is None else pdf * lobe.share
+        value = value * power_weight(_part(light_pdf, index), own)
+    if not isinstance(sample.seen_by, int):
+        value = value * ((_part(sample.seen_by, index) & kinds) != 0)
+    return value
+
+
+def _shifted(
+    plan: Plan, to: Receiver, value: Scalar | Vec, lobe: LobeAt, index: Index | None, sample: Sample
+) -> Scalar | Vec:
+    """Return the light of a closure as objects with a shading offset dim it."""
+    assert plan.triangles is not None
+    normal = lobe.frame.normal
+    instance = take(to.points.instance, index) if index is not None else to.points.instance
+    factor = shift(plan.triangles, instance, normal, _part(sample.wi, index))
+    return value if factor is None else value * factor
+
+
+def _part(array: Any, index: Index | None) -> Any:
+    return array if index is None else array.take(index, axis=-1)
+
+
+def _starts(plan: Plan, to: Receiver, sample: Sample) -> Vec:
+    """Return where shadow rays (3, N) leave: on the light's side of surfaces it may shine through.
+
+    Near the terminator of smooth surfaces they are raised.
+    """
+    points, start = to.points, to.points.above
+    if points.smooth is not None:
+        cosine = dot(points.normal, sample.to_light)
+        cosine /= np.maximum(sample.distance, F32(1e-30))
+        assert plan.triangles is not None
+        start = raise_starts(plan.triangles, points, start, sample.to_light, cosine)
+    if any(lobe.module.TRANSMITS for shaded in to.shaded for lobe in shaded.lobes):
+        behind = dot(points.geometric, sample.to_light) < 0
+        start = start - points.geometric * (behind * (F32(2) * points.offset))
+    return start

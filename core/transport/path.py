@@ -6,6 +6,7 @@ Illumination Model for Shaded Display".
 """
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,63 +16,128 @@ from ..geometry.accel import FAR, Hits
 from ..geometry.surface import Points
 from ..plan import Plan
 from ..sampling.draws import Draws
+from ..shading import Shaded
 from ..statistics import Tally
 from . import direct, emission
+from .arrival import describe, retire
+from .catcher import Caught, catch, gather
+from .holdout import add_held_out, add_holdout, hold_out
 from .radiance import Radiance
-from .scatter import scatter
+from .scatter import NO_RAYS, pass_straight, scatter, splits_lobes
 from .state import Paths, Rays
 
 
 def trace(
     plan: Plan, rays: Rays, draws: Draws, tally: Tally, stop: threading.Event
-) -> tuple[Vec, Scalar | None]:
-    """Follow camera rays to their ends; return radiance (3, slots) and alpha (slots,) or None.
+) -> tuple[Vec | Scalar, ...]:
+    """Follow camera rays to their ends; return what the film's passes ask for, (rows, slots).
 
     Unbiased but for the bounce limits and clamps of the settings.  Once `stop` is set it returns
     before the next bounce, with what must then not be used.
     """
-    paths = Paths(rays.size)
-    radiance = Radiance(rays.size, plan.clamp_direct, plan.clamp_indirect)
-    alpha = np.zeros(rays.size, F32) if plan.film_transparent else None
-    bounce = 0
+    radiance = Radiance(
+        rays.size, plan.clamp_direct, plan.clamp_indirect, plan.has_alpha, plan.has_background
+    )
+    start = rays, Paths(rays.size), draws
+    if plan.alone is None:
+        _follow(plan, *start, 0, radiance, tally, stop, None)
+        light, holes, _ = radiance.fold()
+        return (light,) if holes is None else (light, F32(1) - holes)
+
+    # What shadow catchers show goes on in two scenes.
+    caught: list[Caught] = []
+    _follow(plan, *start, 0, radiance, tally, stop, caught)
+    for each in caught:
+        for scene, light_there in ((plan, each.among_all), (plan.alone, each.alone)):
+            start = _bounce(
+                scene, each.paths, each.points, each.draws, each.depth, light_there, tally
+            )
+            _follow(scene, *start, each.depth + 1, light_there, tally, stop, None)
+    return gather(radiance, caught)
+
+
+def _follow(
+    plan: Plan,
+    rays: Rays,
+    paths: Paths,
+    draws: Draws,
+    depth: int,
+    radiance: Radiance,
+    tally: Tally,
+    stop: threading.Event,
+    caught: list[Caught] | None,
+) -> None:
+    """Follow paths to their ends, or to shadow catchers if `caught` collects what meets them."""
     while rays.size and not stop.is_set():
-        hits = _closest(plan, rays, tally)  # rays -> hits
+        hits = _closest(plan, rays, paths, tally)  # rays -> hits
         found = np.flatnonzero(hits.triangle >= 0)
-        if alpha is not None and bounce == 0:
-            alpha[found] = 1
-        emission.add_world(plan, paths, hits, found, bounce, radiance)
-        emission.add_lamps(plan, rays, paths, hits, bounce, radiance, tally)
+        emission.add_world(plan, rays, paths, hits, found, depth, radiance)
+        emission.add_lamps(plan, rays, paths, hits, depth, radiance, tally)
         if not found.size:
             break
 
         points = _resolve(plan, rays, hits, found)  # hits -> points
         if found.size < rays.size:
             paths = paths.take(found)
-        tally.lap("surface")
-        emission.add_emission(plan, paths, points, bounce, radiance)
-        paths, points = _without_last(paths, points)
-        if not paths.size:
-            break
+        if caught is not None:
+            paths, points, some = catch(plan, paths, points, draws, depth, radiance)
+            caught += [] if some is None else [some]
+        rays, paths, draws = _bounce(plan, paths, points, draws, depth, radiance, tally)
+        depth += 1
 
-        closures = plan.surfaces.run(points)  # points -> closures
-        closures.attenuate(paths.throughput)
+
+def _bounce(
+    plan: Plan,
+    paths: Paths,
+    points: Points,
+    draws: Draws,
+    depth: int,
+    radiance: Radiance,
+    tally: Tally,
+) -> tuple[Rays, Paths, Draws]:
+    """Add the light that paths get at points; return how they go on."""
+    paths, points, held = hold_out(plan, paths, points)
+    arrival = describe(plan, paths, depth)
+    tally.lap("surface")
+    emission.add_emission(plan, paths, points, arrival, depth, radiance)
+    add_holdout(plan, paths, points, arrival, radiance)
+
+    # Paths at the end of their bounces, or at objects held out, only look through what they meet.
+    paths, points, ended = retire(plan, paths, points)
+    if held is not None:
+        held = add_held_out(plan, *held, describe(plan, held[0], depth), radiance)
+    pieces = []
+    for some in (ended, held):
+        if some is not None:
+            arrival = describe(plan, some[0], depth)
+            piece = pass_straight(plan, *some, arrival, draws, depth, tally)
+            pieces += [] if piece is None else [piece]
+    if not paths.size and not pieces:
+        return NO_RAYS, paths, draws
+
+    shaded: tuple[Shaded, ...] = ()
+    if paths.size:
+        points = _placed(plan, points, depth)
+        arrival = describe(plan, paths, depth)
+        shaded = plan.surfaces.shade(  # points -> closures
+            points, arrival, paths.throughput, not splits_lobes(plan, depth)
+        )
         tally.vertices += paths.size
         tally.lap("shading")
-        if plan.lights is not None:
-            direct.add(plan, points, closures, paths, draws, bounce, radiance, tally)
+        if plan.has_lights:
+            direct.add(plan, points, shaded, paths, draws, depth, radiance, tally)
             tally.lap("lights")
-        rays, paths, draws = scatter(plan, paths, points, closures, draws, bounce, radiance, tally)
-        tally.lap("scatter")
-        bounce += 1
-    return radiance.fold(), alpha
+    scattered = scatter(plan, paths, points, shaded, pieces, draws, depth, radiance, tally)
+    tally.lap("scatter")
+    return scattered
 
 
-def _closest(plan: Plan, rays: Rays, tally: Tally) -> Hits:
+def _closest(plan: Plan, rays: Rays, paths: Paths, tally: Tally) -> Hits:
     if plan.accel is None:
         nothing = np.full(rays.size, -1, np.int32)
         zero = np.zeros(rays.size, F32)
         return Hits(np.full(rays.size, FAR), nothing, zero, zero)
-    return plan.accel.closest(rays.origin, rays.direction, rays.far, rays.left, tally)
+    return plan.accel.closest(rays.origin, rays.direction, rays.far, rays.left, paths.kind, tally)
 
 
 def _resolve(plan: Plan, rays: Rays, hits: Hits, found: Index) -> Points:
@@ -80,9 +146,11 @@ def _resolve(plan: Plan, rays: Rays, hits: Hits, found: Index) -> Points:
     return surface.resolve(plan.triangles, rays.origin, rays.direction, hits, some)
 
 
-def _without_last(paths: Paths, points: Points) -> tuple[Paths, Points]:
-    """Drop paths that have used up their bounces."""
-    if paths.last is None:
-        return paths, points
-    going = np.flatnonzero(~paths.last)
-    return paths.take(going), points.take(going)
+def _placed(plan: Plan, points: Points, depth: int) -> Points:
+    """Return the points with what lights are chosen by there, if any are."""
+    if not plan.needs_place:
+        return points
+    if plan.lights is None:
+        return replace(points, place=np.full(points.size, -1 if depth == 0 else 0, np.int32))
+    normal = None if plan.surfaces.lights_both_sides else points.normal
+    return replace(points, place=plan.lights.place(points.position, normal, depth))

@@ -1,25 +1,26 @@
 """points, closures -> paths.  The next segment of each path: sampled, split, limited, thinned.
 
 Bounce limits are Blender's: a path that has used up its bounces, in all or of one kind, is still
-followed to the next surface, of which only the emission counts.
+followed to the next surface, of which only the emission counts, and what is seen through it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Index, Scalar, Vec, check, dot, frame
-from ..bsdf import DIFFUSE, TRANSMISSION
-from ..geometry.silhouette import bend_normals
+from ..arrays import F32, Index, Scalar, Vec, check, dot, take
+from ..bsdf import CAMERA, CLEAR, DIFFUSE, GLOSSY, SINGULAR, STRAIGHT, TRANSMISSION, transparent
 from ..geometry.surface import Points
+from ..geometry.terminator import shift
 from ..plan import Plan
 from ..sampling.dimensions import CHOICE, ROULETTE, SCATTER, dimension
 from ..sampling.draws import Draws
-from ..shading import Closures, Group, choose_lobe
+from ..shading import Arrival, LobeAt, Shaded, choose, columns
 from ..statistics import Tally
+from .lazy import Lazy
 from .radiance import Radiance
 from .state import Paths, Rays, join
 
@@ -31,214 +32,407 @@ FAINT, FAINT_IN_VIEW = F32(0.25), F32(0.1)
 # Splitting: so many times glass in view sends both of its rays, and a surface all of its lobes.
 SPLIT_SPECULAR, SPLIT_LOBES = 3, 1
 
-Axes = tuple[Vec, Vec, Vec]  # of a local frame: two tangents and the shading normal
-
+Piece = tuple[Rays, Paths]
 NO_RAYS = Rays(np.zeros((3, 0), F32), np.zeros((3, 0), F32))
 
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Scattered directions of a group: world-space (3, n), and their throughput, weight (3, n).
+    """Scattered directions of a closure: world-space (3, n), and their throughput, weight (3, n).
 
-    through (n,) tells which pass the surface, None is none; the first branch keeps its slot.
+    through (n,) tells which pass the surface, None is none; is_clear: to the film, they then pass
+    nothing but transparency; pdf (n,) of the directions, None is infinite; the first branch keeps
+    its slot.
     """
 
-    points: Points
-    paths: Paths
+    points: Lazy
+    paths: Lazy
     direction: Vec
     through: NDArray[np.bool_] | None
     weight: Vec
-    module: ModuleType
+    pdf: Scalar | None
+    module: Any
     is_first: bool
+    is_clear: bool | NDArray[np.bool_] = False
+
+    def take(self, index: Index, survival: Scalar) -> "Branch":
+        """Return the branch at `index`, its weight divided by the probability to survive."""
+        return Branch(
+            self.points.take(index),
+            self.paths.take(index),
+            self.direction.take(index, axis=1),
+            take(self.through, index),
+            columns(self.weight, index) / survival,
+            take(self.pdf, index),
+            self.module,
+            self.is_first,
+            clear if isinstance(clear := self.is_clear, bool) else columns(clear, index),
+        )
+
+
+def splits_lobes(plan: Plan, depth: int) -> bool:
+    """Tell whether surfaces at this depth send rays from each of their closures."""
+    return plan.splitting and depth < SPLIT_LOBES
 
 
 def scatter(
     plan: Plan,
     paths: Paths,
     points: Points,
-    closures: Closures,
+    shaded: Sequence[Shaded],
+    pieces: list[Piece],
     draws: Draws,
-    bounce: int,
+    depth: int,
     radiance: Radiance,
     tally: Tally,
 ) -> tuple[Rays, Paths, Draws]:
     """Return the rays and paths that go on from `points`, and the draws they use.
 
-    Unbiased but for the bounce limits, which only darken.
+    `pieces` are others that go on as well.  Unbiased but for the bounce limits, which only darken.
     """
-    if not closures.single and not (plan.splitting and bounce < SPLIT_LOBES):
-        u, _ = draws.pair(dimension(CHOICE, bounce), paths.slot)
-        closures = choose_lobe(closures, paths.size, u)
-    pieces: list[tuple[Rays, Paths]] = []
-    for group in closures.groups:
-        if bounce >= plan.max_bounces and not _can_meet_light(plan, group.module):
+    for branch in _all_branches(plan, paths, points, shaded, draws, depth):
+        piece = _segment(plan, branch, draws, depth, tally)
+        if piece is None:
             continue
-        for branch in _branches(plan, paths, points, group, draws, bounce):
-            piece = _segment(plan, branch, draws, bounce, tally)
-            if piece is None:
-                continue
-            rays, onward = piece
-            if not branch.is_first:
-                # A slot of its own for the branch, and numbers of its own.
-                assert onward.slot is not None
-                draws = draws.branch(onward.slot, len(pieces) + 1)
-                onward = replace(onward, slot=radiance.branch(onward.slot))
-            pieces.append((rays, onward))
+        rays, onward = piece
+        if not branch.is_first:
+            # A slot of its own for the branch, and numbers of its own.
+            assert onward.slot is not None
+            draws = draws.branch(onward.slot, len(pieces) + 1)
+            onward = replace(onward, slot=radiance.branch(onward.slot))
+        pieces.append((rays, onward))
     if not pieces:
         return NO_RAYS, Paths(0), draws
     return *join(pieces), draws
 
 
-def _can_meet_light(plan: Plan, module: ModuleType) -> bool:
-    kinds = module.RAY_KIND | TRANSMISSION if module.IS_DELTA else module.RAY_KIND
+def _all_branches(
+    plan: Plan,
+    paths: Paths,
+    points: Points,
+    shaded: Sequence[Shaded],
+    draws: Draws,
+    depth: int,
+) -> Iterator[Branch]:
+    is_split = splits_lobes(plan, depth)
+    pick: Scalar | None = None
+    third: Scalar | None = None
+    if _needs_choice(plan, shaded, is_split):
+        pick, third = draws.pair(dimension(CHOICE, depth), paths.slot)
+    for each in shaded:
+        chosen: Iterator[tuple[Index | None, LobeAt]]
+        if is_split or len(each.lobes) == 1:
+            chosen = ((None, lobe) for lobe in each.lobes)
+        else:
+            assert pick is not None
+            chosen = choose(each, pick if each.index is None else pick.take(each.index))
+        for number, (some, lobe) in enumerate(chosen):
+            if depth >= plan.max_bounces and not _can_meet_light(plan, lobe.module):
+                continue
+            index = some
+            if each.index is not None:
+                index = each.index if some is None else each.index.take(some)
+            part = Lazy(paths, index), Lazy(points, index)
+            w = third if third is None or index is None else third.take(index)
+            is_first = not is_split or number == 0
+            yield from _branches(plan, *part, lobe, draws, w, depth, is_first)
+
+
+def _needs_choice(plan: Plan, shaded: Sequence[Shaded], is_split: bool) -> bool:
+    lobes = [lobe for each in shaded for lobe in each.lobes]
+    has_several = any(len(each.lobes) > 1 for each in shaded)
+    return (has_several and not is_split) or any(lobe.module.DRAWS > 2 for lobe in lobes)
+
+
+def _can_meet_light(plan: Plan, module: Any) -> bool:
+    if module.RAY_KIND == STRAIGHT or plan.has_transparent:
+        return True
+    kinds = module.RAY_KIND | TRANSMISSION | CLEAR if module.TRANSMITS else module.RAY_KIND
     return bool(plan.kinds_that_meet_light & kinds)
 
 
 def _branches(
-    plan: Plan, paths: Paths, points: Points, group: Group, draws: Draws, bounce: int
+    plan: Plan,
+    paths: Lazy,
+    points: Lazy,
+    lobe: LobeAt,
+    draws: Draws,
+    w: Scalar | None,
+    depth: int,
+    is_first: bool,
 ) -> Iterator[Branch]:
-    index = group.index
-    if group.module.IS_DELTA and plan.splitting and bounce < SPLIT_SPECULAR:
-        in_view = _in_view(paths, index)
+    module = lobe.module
+    if module.IS_DELTA and plan.splitting and depth < SPLIT_SPECULAR:
+        in_view = _in_view(paths)
         if in_view.all():
-            yield from _split(paths, points, group)
+            yield from _split(plan, paths, points, lobe, is_first)
             return
         if in_view.any():
-            yield from _split(paths, points, group.take(np.flatnonzero(in_view)))
-            group = group.take(np.flatnonzero(~in_view))
+            index = np.flatnonzero(in_view)
+            some = paths.take(index), points.take(index), lobe.take(index)
+            yield from _split(plan, *some, is_first)
+            index = np.flatnonzero(~in_view)
+            paths, points, lobe = paths.take(index), points.take(index), lobe.take(index)
+            w = take(w, index)
 
     # One direction for each point.
-    paths, points = _of_group(paths, points, group)
-    module = group.module
-    u, v = draws.pair(dimension(SCATTER, bounce), paths.slot)
-    through = None
+    u, v = draws.pair(dimension(SCATTER, depth), paths.slot)
+    frame, through = lobe.frame, None
     if hasattr(module, "sample_about"):
-        direction, weight, _ = module.sample_about(group.parameters, points.normal, u, v)
+        direction, weight, pdf = module.sample_about(lobe.parameters, frame.normal, u, v)
+        if module.TRANSMITS or plan.needs_pdf:
+            z = dot(frame.normal, direction)
+            through = z < 0 if module.TRANSMITS else None
+            pdf = module.evaluate(lobe.parameters, None, (None, None, z))[1]
     else:
-        axes = *frame(points.normal), points.normal
-        wi, weight, _ = module.sample(group.parameters, _local(axes, points.wo), points.back, u, v)
-        direction, through = _world(axes, wi), wi[2] < 0 if module.TRANSMITS else None
-    weight = group.weight if weight is None else group.weight * weight
-    yield Branch(points, paths, direction, through, weight, module, group.lobe == 0)
+        wi, weight, pdf = module.sample(lobe.parameters, frame.wo, u, v, w)
+        direction, through = frame.world(wi), wi[2] < 0 if module.TRANSMITS else None
+    if lobe.share is not None:
+        # The closure was chosen with this probability.
+        share = np.maximum(lobe.share, F32(1e-30))
+        weight = np.reciprocal(share) if weight is None else weight / share
+        pdf = None if pdf is None else pdf * lobe.share
+    weight = lobe.weight if weight is None else lobe.weight * weight
+    weight = _shifted(plan, points, lobe, direction, through, weight)
+    pdf = None if module.IS_DELTA else pdf
+    clear = _is_clear(plan, lobe)
+    yield Branch(points, paths, direction, through, weight, pdf, module, is_first, clear)
 
 
-def _split(paths: Paths, points: Points, group: Group) -> Iterator[Branch]:
+def _is_clear(plan: Plan, lobe: LobeAt) -> bool | NDArray[np.bool_]:
+    """Tell where what a closure lets through is background to the film, as glass may be."""
+    module = lobe.module
+    if plan.clear_alpha is None or not module.TRANSMITS or module.RAY_KIND != GLOSSY:
+        return False
+    if module.IS_DELTA:
+        return True
+    alpha = lobe.parameters[list(module.PARAMETERS).index("alpha")]
+    is_clear: NDArray[np.bool_] = alpha <= plan.clear_alpha
+    return is_clear
+
+
+def _split(plan: Plan, paths: Lazy, points: Lazy, lobe: LobeAt, is_first: bool) -> Iterator[Branch]:
     """Yield all directions of a delta closure, as branches of their own."""
-    module = group.module
-    paths, points = _of_group(paths, points, group)
-    axes = *frame(points.normal), points.normal
-    directions = module.branches(group.parameters, _local(axes, points.wo), points.back)
-    for number, (wi, weight) in enumerate(directions):
-        is_first = group.lobe == 0 and number == 0
+    module = lobe.module
+    for number, (wi, weight) in enumerate(module.branches(lobe.parameters, lobe.frame.wo)):
         through = wi[2] < 0 if module.TRANSMITS else None
-        direction, weight = _world(axes, wi), group.weight * weight
-        yield Branch(points, paths, direction, through, weight, module, is_first)
+        weight = lobe.weight if weight is None else lobe.weight * weight
+        if lobe.share is not None:
+            weight = weight / np.maximum(lobe.share, F32(1e-30))
+        direction = lobe.frame.world(wi)
+        weight = _shifted(plan, points, lobe, direction, through, weight)
+        first, clear = is_first and number == 0, _is_clear(plan, lobe)
+        yield Branch(points, paths, direction, through, weight, None, module, first, clear)
 
 
-def _of_group(paths: Paths, points: Points, group: Group) -> tuple[Paths, Points]:
-    if group.index is not None:
-        paths, points = paths.take(group.index), points.take(group.index)
-    if group.module.IS_DELTA and not points.is_flat:
-        points = bend_normals(points)
-    return paths, points
+def _shifted(
+    plan: Plan,
+    points: Lazy,
+    lobe: LobeAt,
+    direction: Vec,
+    through: NDArray[np.bool_] | None,
+    weight: Vec,
+) -> Vec:
+    """Return weights as objects with a shading offset dim what is not sent through them."""
+    if not plan.shifts_terminators or lobe.module.RAY_KIND == STRAIGHT:
+        return weight
+    assert plan.triangles is not None
+    factor = shift(plan.triangles, points.instance, lobe.frame.normal, direction)
+    if factor is None:
+        return weight
+    return weight * (factor if through is None else np.where(through, F32(1), factor))
 
 
-def _local(axes: Axes, direction: Vec) -> Vec:
-    return np.stack([dot(axis, direction) for axis in axes])
-
-
-def _world(axes: Axes, local: Vec) -> Vec:
-    direction = axes[0] * local[0]
-    direction += axes[1] * local[1]
-    direction += axes[2] * local[2]
-    return direction
-
-
-def _in_view(paths: Paths, index: Index | None) -> NDArray[np.bool_]:
+def _in_view(paths: Lazy) -> NDArray[np.bool_]:
     """Tell which paths the eye sees directly or in mirrors and glass: none was diffuse so far."""
     if paths.count is None:
-        return np.full(paths.size if index is None else index.size, paths.kind is None)
-    diffuse = paths.count[0] if index is None else paths.count[0].take(index)
-    return diffuse == 0
+        return np.full(paths.size, paths.kind is None)
+    matte: NDArray[np.int16] = paths.count[0]
+    return matte == 0
 
 
-def _segment(
-    plan: Plan, branch: Branch, draws: Draws, bounce: int, tally: Tally
-) -> tuple[Rays, Paths] | None:
-    points, paths, module = branch.points, branch.paths, branch.module
-    throughput = branch.weight
+def _segment(plan: Plan, branch: Branch, draws: Draws, depth: int, tally: Tally) -> Piece | None:
+    module, through = branch.module, branch.through
+    size = branch.direction.shape[1]
+    throughput = np.broadcast_to(branch.weight, (3, size))
 
     # Directions that the true surface does not allow carry nothing.
-    direction, through = branch.direction, branch.through
     strength = np.maximum(np.maximum(throughput[0], throughput[1]), throughput[2])
-    if not points.is_flat:
-        below = dot(points.geometric, direction) < 0
+    is_straight = module.RAY_KIND == STRAIGHT
+    if not branch.points.is_flat and not is_straight:
+        below = dot(branch.points.geometric, branch.direction) < 0
         strength *= ~below if through is None else below == through
 
-    # Count the bounce; who can meet no more light ends here, and so do black branches.
-    kind, count, last = _account(plan, paths, module, through, strength.size, bounce)
-    if last is not None:
-        strength *= ~last | ((kind & plan.kinds_that_meet_light) != 0)
+    # Who has used up the bounces and can meet no light on the way ends here.
+    if depth >= plan.least_limit and not plan.has_transparent:
+        onward = _account(plan, branch, depth)
+        assert onward.kind is not None and onward.last is not None
+        strength *= ~onward.last | ((onward.kind & plan.kinds_that_meet_light) != 0)
 
-    # Leave the surface on the side the ray goes to.
-    origin = points.above
-    if through is not None:
-        origin = points.geometric * np.where(through, -points.offset, points.offset)
-        origin += points.position
-    rays = Rays(origin, direction, None, points.triangle)
-    slot = np.arange(kind.size) if paths.slot is None else paths.slot
-    onward = Paths(kind.size, throughput, slot, kind, count, last)
-
-    # Faint branches go on at random.
+    # Faint branches go on at random, and black ones end.
     faint: Scalar | np.float32 = FAINT
     if module.IS_DELTA:
-        faint = np.where(_in_view(paths, None), FAINT_IN_VIEW, FAINT)
+        faint = np.where(_in_view(branch.paths), FAINT_IN_VIEW, FAINT)
     survival = np.minimum(strength / faint, F32(1))
     if survival.size and survival.min() < 1:
-        chance, _ = draws.pair(dimension(ROULETTE, bounce), slot)
+        chance, _ = draws.pair(dimension(ROULETTE, depth), branch.paths.slot)
         alive = np.flatnonzero(chance < survival)
         if not alive.size:
             return None
-        rays, onward = rays.take(alive), onward.take(alive)
-        assert onward.throughput is not None
-        onward = replace(onward, throughput=onward.throughput / survival.take(alive))
+        branch = branch.take(alive, survival.take(alive))
+
+    # Count the bounce, and leave the surface on the side the ray goes to.
+    onward = _straight(plan, branch, depth) if is_straight else _account(plan, branch, depth)
+    points, direction, through = branch.points, branch.direction, branch.through
+    if is_straight:
+        direction = points.arriving
+        origin = points.position - points.geometric * points.offset
+    elif through is not None:
+        origin = points.geometric * np.where(through, -points.offset, points.offset)
+        origin += points.position
+    else:
+        origin = points.above
+    rays = Rays(origin, direction, None, points.triangle)
     check("scatter", direction=rays.direction, throughput=onward.throughput)
     _tally(module, onward, tally)
     return rays, onward
 
 
-def _account(
+def pass_straight(
     plan: Plan,
     paths: Paths,
-    module: ModuleType,
-    through: NDArray[np.bool_] | None,
-    size: int,
-    bounce: int,
-) -> tuple[NDArray[np.uint8], NDArray[np.int16] | None, NDArray[np.bool_] | None]:
-    """Return the ray kind, the bounces so far by kind, and which paths see emission only."""
+    points: Points,
+    arrival: Arrival,
+    draws: Draws,
+    depth: int,
+    tally: Tally,
+) -> Piece | None:
+    """Return paths that may only go straight on, behind transparent surfaces; None if none can."""
+    weight = plan.surfaces.transparency(points, arrival)
+    if paths.throughput is not None:
+        weight *= paths.throughput
+    branch = Branch(
+        Lazy(points, None),
+        Lazy(paths, None),
+        points.arriving,
+        None,
+        weight,
+        None,
+        transparent,
+        True,
+    )
+    return _segment(plan, branch, draws, depth, tally)
+
+
+def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
+    """Return the paths after the bounce: kinds, bounces so far, and who sees emission only."""
+    paths, points = branch.paths, branch.points
+    module, through = branch.module, branch.through
+    size = branch.direction.shape[1]
     kind = np.full(size, module.RAY_KIND, np.uint8)
+    if module.IS_DELTA:
+        kind |= np.uint8(SINGULAR)
     if through is not None:
         kind |= through.view(np.uint8) * np.uint8(TRANSMISSION)
-    done = bounce >= plan.max_bounces
-    if plan.kind_limits is None:
-        return kind, None, np.ones(size, bool) if done else None
-    count = np.zeros((3, size), np.int16) if paths.count is None else paths.count.copy()
-    row = 0 if module.RAY_KIND == DIFFUSE else 1
-    if through is None:
-        count[row] += 1
-        last = count[row] > plan.kind_limits[row]
-    else:
-        count[row] += ~through
-        count[2] += through
-        last = np.where(through, count[2] > plan.kind_limits[2], count[row] > plan.kind_limits[row])
-    return kind, count, np.ones(size, bool) if done else last
+        if branch.is_clear is not False:
+            clear = through & branch.is_clear & paths.is_straight
+            kind |= clear.view(np.uint8) * np.uint8(CLEAR)
+
+    # All bounces: the depth, unless surfaces were passed that are no bounce.
+    total, done = None, np.full(size, depth >= plan.max_bounces)
+    if plan.has_transparent:
+        total = np.full(size, depth, np.int16) if paths.total is None else paths.total
+        total = total + np.int16(1)
+        done = total > plan.max_bounces
+    is_counted = depth >= plan.max_bounces or plan.has_transparent
+    last: NDArray[np.bool_] | None = done if is_counted else None
+
+    # Bounces of each kind.
+    count = None
+    if plan.kind_limits is not None:
+        count = np.zeros((3, size), np.int16) if paths.count is None else paths.count.copy()
+        row = 0 if module.RAY_KIND == DIFFUSE else 1
+        if through is None:
+            count[row] += 1
+            last = done | (count[row] > plan.kind_limits[row])
+        else:
+            count[row] += ~through
+            count[2] += through
+            reached = count > np.array(plan.kind_limits)[:, None]
+            last = done | np.where(through, reached[2], reached[row])
+
+    # What filter glossy and the lights that were sampled need to know.
+    pdf = least = None
+    if plan.needs_pdf:
+        pdf = np.full(size, np.inf, F32) if branch.pdf is None else branch.pdf
+    if plan.blur_glossy > 0:
+        assert pdf is not None
+        least = pdf if paths.least_pdf is None else np.minimum(paths.least_pdf, pdf)
+    slot = np.arange(size) if paths.slot is None else paths.slot
+    throughput = np.broadcast_to(branch.weight, (3, size))
+    passed = travelled = None
+    if plan.has_transparent:
+        passed = np.zeros(size, np.int16) if paths.passed is None else paths.passed
+        travelled = np.zeros(size, F32)
+    return Paths(
+        size,
+        throughput,
+        slot,
+        kind,
+        count,
+        last,
+        pdf,
+        least,
+        points.place if plan.needs_place else None,
+        _receiver(plan, points),
+        total,
+        passed,
+        travelled,
+    )
 
 
-def _tally(module: ModuleType, paths: Paths, tally: Tally) -> None:
+def _receiver(plan: Plan, points: Lazy) -> NDArray[np.uint8] | None:
+    """Return the light linking sets of points (N,), None if nothing is linked."""
+    if not plan.links_lights:
+        return None
+    assert plan.triangles is not None and plan.triangles.objects is not None
+    assert points.instance is not None
+    return plan.triangles.objects.receiver_set.take(points.instance)
+
+
+def _straight(plan: Plan, branch: Branch, depth: int) -> Paths:
+    """Return the paths behind a transparent surface: they are what they were, one surface on."""
+    paths, points = branch.paths, branch.points
+    size = points.size
+
+    def kept(array: Any, start: Any) -> Any:
+        return start if array is None else array
+
+    passed = kept(paths.passed, np.zeros(size, np.int16)) + np.int16(1)
+    return Paths(
+        size,
+        np.broadcast_to(branch.weight, (3, size)),
+        kept(paths.slot, np.arange(size)),
+        kept(paths.kind, np.full(size, CAMERA, np.uint8)),
+        None if plan.kind_limits is None else kept(paths.count, np.zeros((3, size), np.int16)),
+        kept(paths.last, np.zeros(size, bool)),
+        kept(paths.pdf, np.full(size, np.inf, F32)) if plan.needs_pdf else None,
+        kept(paths.least_pdf, np.full(size, np.inf, F32)) if plan.blur_glossy > 0 else None,
+        kept(paths.place, np.zeros(size, np.int32)) if plan.needs_place else None,
+        kept(paths.receiver, np.zeros(size, np.uint8)) if plan.links_lights else None,
+        kept(paths.total, np.zeros(size, np.int16)),
+        passed,
+        kept(paths.travelled, np.zeros(size, F32)) + points.distance,
+    )
+
+
+def _tally(module: Any, paths: Paths, tally: Tally) -> None:
     assert paths.kind is not None
     behind = int(np.count_nonzero(paths.kind & TRANSMISSION)) if module.TRANSMITS else 0
     tally.rays_transmission += behind
     if module.RAY_KIND == DIFFUSE:
         tally.rays_diffuse += paths.size - behind
+    elif module.RAY_KIND == STRAIGHT:
+        tally.rays_transmission += paths.size - behind
     else:
         tally.rays_reflection += paths.size - behind

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Ids, Index, Scalar, Vec, take
+from ..arrays import F32, Ids, Index, Scalar, Vec, take
+from ..bsdf import CAMERA, CLEAR
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +47,13 @@ class Paths:
 
     throughput (3, N), None is 1; slot (N,), None is 0..N-1; kind (N,) uint8, bits of
     `bsdf.kinds`, or None for camera rays; count (3, N) int16, diffuse, glossy and transmission
-    bounces so far, None if all bounces of the scene are of one kind; last (N,) bool: only
-    emission counts at the next hit; None is False.
+    bounces so far, None if all bounces of the scene are of one kind; last (N,) bool: at the next
+    surface only emission counts, and what is seen through it; None is False.
+
+    pdf (N,) [1/sr]: the density of the direction, infinite where it was the only one; None where
+    all are.  least_pdf (N,): the smallest pdf of the path so far, None where no closure asks.  The
+    rest is None unless surfaces are transparent: total (N,) int16, all bounces, passed (N,)
+    int16, surfaces that were passed straight, travelled (N,) [m] since the last bounce.
     """
 
     size: int
@@ -56,6 +62,34 @@ class Paths:
     kind: NDArray[np.uint8] | None = None
     count: NDArray[np.int16] | None = None
     last: NDArray[np.bool_] | None = None
+    pdf: Scalar | None = None
+    least_pdf: Scalar | None = None
+    place: Ids | None = None
+    receiver: NDArray[np.uint8] | None = None
+    total: NDArray[np.int16] | None = None
+    passed: NDArray[np.int16] | None = None
+    travelled: Scalar | None = None
+
+    @property
+    def kinds(self) -> NDArray[np.uint8]:
+        """Bits of the kinds of the rays (N,)."""
+        return np.full(self.size, CAMERA, np.uint8) if self.kind is None else self.kind
+
+    @property
+    def is_straight(self) -> NDArray[np.bool_]:
+        """Whether (N,) the camera looks straight on, through what is transparent to the film."""
+        return (self.kinds & np.uint8(CAMERA | CLEAR)) != 0
+
+    def slots(self, index: Index) -> Index:
+        """Return the slots of the paths at `index`."""
+        return index if self.slot is None else self.slot.take(index)
+
+    def shows(self, index: Index) -> Scalar | np.float32:
+        """Return how much the viewer sees, in the mean of the channels, at `index` (M,)."""
+        if self.throughput is None:
+            return F32(1)
+        mean: Scalar = self.throughput.take(index, axis=1).mean(axis=0)
+        return mean
 
     def take(self, index: Index) -> "Paths":
         """Return the paths at `index` (M,); slots that were implied become explicit."""
@@ -63,9 +97,7 @@ class Paths:
             index.size,
             take(self.throughput, index),
             index if self.slot is None else self.slot.take(index),
-            take(self.kind, index),
-            take(self.count, index),
-            take(self.last, index),
+            *(take(getattr(self, name), index) for name in _names(Paths)[3:]),
         )
 
 

@@ -165,11 +165,16 @@ def test_visibility_and_bounce_limits_are_handed_over(exported):
     assert [lamps[n].max_bounces for n in ("Point", "Ours", "Cycles")] == [1024, 2, 5]
 
 
-def test_constant_nodes_colour_a_light_and_others_are_noted(exported):
+def test_constant_nodes_colour_a_light_and_others_come_along(exported):
     lamps, notes, *_ = exported
     expected = np.array([2, 1, 0.5]) * 100 / (4 * math.pi)
     np.testing.assert_allclose(lamps["Nodes"].strength, expected, rtol=1e-6)
-    assert sorted(owner for owner, _ in notes) == ["Light 'Shadowless'", "Light 'Textured'"]
+    assert lamps["Nodes"].surface is None
+    np.testing.assert_allclose(lamps["Textured"].strength, 100 / (4 * math.pi), rtol=1e-6)
+    textured = lamps["Textured"].surface
+    assert (textured.kind, textured.inputs["Strength"]) == ("Emission", 2.0)
+    assert textured.inputs["Color"].node.kind == "TexNoise"
+    assert notes == []
 
 
 def worlds():
@@ -188,6 +193,7 @@ def worlds():
     background.inputs["Strength"].default_value = 3
     world.cycles_visibility.camera = False
     world.penumbra.max_bounces = 4
+    world.cycles.sampling_method = "NONE"
     nodes, _ = exported()
     other = bpy.data.worlds.new("Other")
     if hasattr(bpy.context.view_layer, "world_override"):
@@ -208,5 +214,7 @@ def test_a_world_is_its_background_shader(blender):
     assert nodes.surface.inputs["Color"] == pytest.approx((0.5, 0.25, 0.125))
     assert nodes.surface.inputs["Strength"] == 3.0
     assert (nodes.seen_by.camera, nodes.seen_by.glossy) == (False, True)
-    assert noted == ["World 'Sky'"]
+    assert (plain.max_bounces, nodes.max_bounces) == (1024, 4)
+    assert (plain.sampled, nodes.sampled) == (True, False)
+    assert noted == []
     assert override.name == "Other"

@@ -5,7 +5,7 @@ import pytest
 from penumbra.tools import stages
 from penumbra.tools.environment import ROOT
 
-FILES = [*stages.modules("core", "addon", "tools", "benchmarks"), *ROOT.glob("*.py")]
+FILES = [*stages.modules("core", "addon", "tools", "benchmarks", "parity"), *ROOT.glob("*.py")]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())

@@ -13,7 +13,9 @@ from penumbra.tools.environment import ENVIRONMENTS, ROOT
 # From the ground up: a part of core imports what stands before it, and within itself.
 LAYERS = (
     "arrays",
+    "pages",
     "scene",
+    "images",
     "statistics",
     "settings",
     "sampling",

@@ -46,7 +46,7 @@ def at(point, count):
 def irradiance(light, point, side=256, normal=(0.0, 0.0, 1.0)):
     """Estimate what a lamp of one unit of strength gives to a surface, from side^2 samples."""
     u, v = squares(side).astype(F32)
-    to_light, gain, _ = light.kind.sample(light.rows, at(point, u.size), u, v)
+    to_light, gain, *_ = light.kind.sample(light.rows, at(point, u.size), u, v)
     to_light = to_light.astype(float)
     cosine = np.tensordot(normal, to_light, 1) / np.maximum(np.linalg.norm(to_light, axis=0), 1e-30)
     return (gain * np.maximum(cosine, 0)).mean()
@@ -187,11 +187,12 @@ def test_a_ray_along_a_sample_meets_the_lamp_with_the_same_density(name, where):
     light = only(KINDS[name])
     u, v = squares(64).astype(F32)
     point = at(POINTS[where], u.size)
-    to_light, gain, pdf = light.kind.sample(light.rows, point, u, v)
+    to_light, gain, pdf, length = light.kind.sample(light.rows, point, u, v, True)
     sent = np.flatnonzero((gain > 0) & (np.minimum(u, v) > 1e-3) & (np.maximum(u, v) < 0.999))
     assert sent.size > u.size / 20
 
     distance = np.linalg.norm(to_light, axis=0)
+    np.testing.assert_allclose(length[sent], distance[sent], rtol=1e-5)
     t, radiance, density = light.kind.intersect(light.rows, point, to_light / distance)
     assert np.isfinite(t[sent]).mean() > 0.999, "samples that the ray misses"
     sent = sent[np.isfinite(t[sent])]
@@ -260,7 +261,7 @@ def test_directions_are_distributed_as_their_density_says(name, where):
     light = only(made)
     direction, square = chart(made, point)
     u, v = np.random.default_rng(1).random((2, 160_000)).astype(F32)
-    to_light, _, pdf = light.kind.sample(light.rows, at(point, u.size), u, v)
+    to_light, _, pdf, _ = light.kind.sample(light.rows, at(point, u.size), u, v, True)
     reached = np.flatnonzero(pdf > 0)
     assert reached.size == u.size
     place = square(to_light.astype(float) / np.linalg.norm(to_light.astype(float), axis=0))

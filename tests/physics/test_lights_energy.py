@@ -6,7 +6,7 @@ from math import cos, pi
 import numpy as np
 import pytest
 
-from penumbra.core.lights import AT_INFINITY, compile_hulls, compile_lights, meet, ray_mask
+from penumbra.core.lights import AT_INFINITY, compile_hulls, compile_lights
 from penumbra.core.scene import Lamp, RayKinds
 
 F32 = np.float32
@@ -70,7 +70,7 @@ def test_all_power_arrives_at_a_sphere_around_the_lamp(name, radius):
     z, phi = 1 - 2 * a, 2 * pi * b
     normal = np.stack([np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z])
     u, v = np.random.default_rng(2).random((2, a.size)).astype(F32)
-    to_light, gain, _ = light.kind.sample(light.rows, (radius * normal).astype(F32), u, v)
+    to_light, gain, *_ = light.kind.sample(light.rows, (radius * normal).astype(F32), u, v)
     cosine = -(normal * to_light).sum(axis=0) / np.linalg.norm(to_light, axis=0)
     arriving = (gain * np.maximum(cosine, 0)).mean() * 4 * pi * radius**2
     assert arriving == pytest.approx(power, rel=0.01)
@@ -80,7 +80,7 @@ def test_all_power_arrives_at_a_sphere_around_the_lamp(name, radius):
 def test_a_sun_gives_its_irradiance_whatever_its_angle(angle):
     light = only(lamp("SUN", angle=angle))
     u, v = squares(128)
-    to_light, gain, _ = light.kind.sample(light.rows, columns(0, 0, 0, count=u.size), u, v)
+    to_light, gain, *_ = light.kind.sample(light.rows, columns(0, 0, 0, count=u.size), u, v)
     assert (gain * to_light[2]).mean() == pytest.approx(1, rel=1e-4)
     np.testing.assert_allclose(np.linalg.norm(to_light, axis=0), 1, rtol=1e-6)
 
@@ -90,7 +90,8 @@ def test_an_area_lamp_is_dark_from_behind(more):
     light = only(lamp("AREA", **more))
     for z in (0.0, 1e-6, 0.3, 5.0):
         point = columns(0.1, 0.1, z, count=3)
-        to_light, gain, pdf = light.kind.sample(light.rows, point, *columns(0.2, 0.5, count=3))
+        uv = columns(0.2, 0.5, count=3)
+        to_light, gain, pdf, _ = light.kind.sample(light.rows, point, *uv, True)
         assert not gain.any() and not pdf.any() and np.isfinite(to_light).all()
         t, gain, pdf = light.kind.intersect(light.rows, point, columns(0, 0, -1, count=3))
         assert np.isinf(t).all() and not gain.any() and not pdf.any()
@@ -109,7 +110,8 @@ def test_a_spot_fades_by_smoothstep_of_the_cosine(blend):
     angle = angle[np.abs(angle - 0.5) > 1e-5]
     way = np.stack([np.sin(angle), np.zeros_like(angle), -np.cos(angle)])
     point = (way + np.array([[0], [0], [2]])).astype(F32)
-    _, gain, pdf = light.kind.sample(light.rows, point, *squares(40)[:, : angle.size])
+    uv = squares(40)[:, : angle.size]
+    _, gain, pdf, _ = light.kind.sample(light.rows, point, *uv, True)
     step = (np.cos(angle) - cos(0.5)) / max((1 - cos(0.5)) * blend, 1e-9)
     step = np.clip(step, 0, 1)
     np.testing.assert_allclose(gain, step * step * (3 - 2 * step), atol=2e-3)
@@ -122,7 +124,7 @@ def test_inside_of_a_sphere_all_directions_have_its_radiance(place, kind):
     light = only(lamp(kind, radius=0.5, soft_falloff=False))
     u, v = squares(256)
     point = columns(*place, count=u.size)
-    to_light, gain, pdf = light.kind.sample(light.rows, point, u, v)
+    to_light, gain, pdf, _ = light.kind.sample(light.rows, point, u, v, True)
     np.testing.assert_allclose(np.linalg.norm(point + to_light, axis=0), 0.5, atol=1e-6)
     way = to_light / np.linalg.norm(to_light, axis=0)
     assert (gain * np.maximum(way[0], 0)).mean() == pytest.approx(1 / 0.25, rel=2e-3)
@@ -169,7 +171,7 @@ def test_irradiance_of_a_square_is_right_at_every_size_and_distance(side, z, off
     x, y = np.array(offset) * side
     u, v = squares(256)
     point = columns(x, y, 0, count=u.size)
-    to_light, gain, pdf = light.kind.sample(light.rows, point, u, v)
+    to_light, gain, pdf, _ = light.kind.sample(light.rows, point, u, v, True)
     for array in (to_light, gain, pdf):
         assert array.dtype == F32 and np.isfinite(array).all()
     to_light = to_light.astype(float)
@@ -182,7 +184,7 @@ def test_irradiance_of_a_square_is_right_at_every_size_and_distance(side, z, off
 def test_irradiance_beside_a_square_that_is_seen_at_a_grazing_angle(z):
     light = only(lamp("AREA", at(z=z), size=(1, 1)))
     u, v = squares(512)
-    to_light, gain, _ = light.kind.sample(light.rows, columns(0.7, 0.2, 0, count=u.size), u, v)
+    to_light, gain, *_ = light.kind.sample(light.rows, columns(0.7, 0.2, 0, count=u.size), u, v)
     to_light = to_light.astype(float)
     ours = (gain * to_light[2] / np.linalg.norm(to_light, axis=0)).mean()
     assert ours == pytest.approx(parallel_rectangle(0.7, 0.2, z, 1), rel=1e-3)
@@ -198,6 +200,21 @@ ALL = {
     "tiny sun": lamp("SUN", angle=1e-7),
     "parallel sun": lamp("SUN"),
 }
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_sample_tells_its_distance_and_its_pdf_only_if_asked(name):
+    light = only(ALL[name])
+    rng = np.random.default_rng(3)
+    point = rng.normal(0, 2, (3, 500)).astype(F32)
+    uv = rng.random((2, 500)).astype(F32)
+    to_light, gain, pdf, distance = light.kind.sample(light.rows, point, *uv)
+    assert pdf is None
+    np.testing.assert_allclose(distance, np.linalg.norm(to_light, axis=0), rtol=2e-5, atol=1e-6)
+    asked = light.kind.sample(light.rows, point, *uv, True)
+    assert asked.pdf.shape == asked.distance.shape == (500,)
+    for a, b in ((asked.to_light, to_light), (asked.gain, gain), (asked.distance, distance)):
+        np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e4])
@@ -223,8 +240,10 @@ def test_nothing_is_ever_not_finite(name, size):
     with np.errstate(invalid="raise", divide="raise", over="raise"):
         for u, v in product([0.0, 1e-7, 0.25, 0.5, BELOW_ONE], repeat=2):
             uv = columns(u, v, count=point.shape[1])
-            to_light, gain, pdf = light.kind.sample(light.rows, point, *uv)
-            assert all(np.isfinite(array).all() for array in (to_light, gain, pdf))
+            sampled = light.kind.sample(light.rows, point, *uv, True)
+            assert all(np.isfinite(array).all() for array in sampled)
+            _, gain, pdf, distance = sampled
+            assert (distance >= 0).all()
             assert (gain >= 0).all() and (pdf >= 0).all()
         for way in [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0.6, 0, 0.8), (0.6, 0.8, 1e-9)]:
             t, gain, pdf = light.kind.intersect(light.rows, point, columns(*way))
@@ -285,37 +304,6 @@ def test_every_light_keeps_its_own_numbers_in_single_and_in_split():
     assert sorted(seen) == list(range(chosen.size))
 
 
-def test_lights_are_chosen_with_the_probability_that_is_returned():
-    lights = scene()
-    u = (np.arange(100_000) + 0.5).astype(F32) / F32(100_000)
-    chosen, pmf, again = lights.choose(u)
-    for number in range(lights.count):
-        mine = np.flatnonzero(chosen == number)
-        assert mine.size / u.size == pytest.approx(pmf[mine[0]], abs=1e-3)
-        assert pmf[mine[0]] > 0.5 / lights.count / 2, "a weak lamp may be the near one"
-    assert again.min() >= 0 and again.max() < 1
-
-
-def test_radiance_of_all_lamps_on_the_way_is_added_up():
-    lights = scene()
-    glossy, camera = (
-        ray_mask(RayKinds(False, False, True, False)),
-        ray_mask(RayKinds(True, 0, 0, 0)),
-    )
-    start, up = columns(0, 0, 0, count=4), columns(0, 0, 1, count=4)
-    reach = np.array([0.5, 1.5, 10, np.inf], F32)
-    disk, sun = 5 / (pi * 0.25), 2 / (pi * np.sin(0.05) ** 2)
-    expected = [[0, 1, 1, 1], [0, 0, disk, disk], [0, 0, 0, sun]]
-    np.testing.assert_allclose(meet(lights, start, up, reach, glossy), expected, rtol=1e-5)
-
-    # The camera sees the second area lamp, not the point lamp
-    expected = [[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, sun]]
-    np.testing.assert_allclose(meet(lights, start, up, reach, camera), expected, rtol=1e-5)
-    each = np.array([camera, glossy, glossy, camera], np.uint8)
-    np.testing.assert_allclose(meet(lights, start, up, reach, each)[1], [0, 0, disk, 1], rtol=1e-5)
-    assert not meet(lights, start, -up, reach, camera).any()
-
-
 def test_a_distant_light_is_met_at_infinity_and_nowhere_else():
     light = only(lamp("SUN", angle=0.1))
     t, _, _ = light.kind.intersect(light.rows, columns(0, 0, 0, count=2), columns(0, 0, 1, count=2))
@@ -335,7 +323,7 @@ def test_hulls_enclose_every_point_that_is_sampled():
         low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
         light = lights.single(number)
         start = columns(0.3, -0.2, -2, count=4096)
-        to_light, _, _ = light.kind.sample(light.rows, start, *squares(64))
+        to_light, *_ = light.kind.sample(light.rows, start, *squares(64))
         points = (start + to_light).T
         assert (points >= low - 1e-6).all() and (points <= high + 1e-6).all()
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from penumbra.core import Cancelled, SceneError
+from penumbra.core import Cancelled, Instance, SceneError
 from penumbra.core.geometry import mesh as m
+from penumbra.core.scene import RayKinds
 from tests.support import scenes as s
 
 TABLES = (0, np.inf)  # hits expected: rows made for each hit, or in advance
@@ -125,6 +126,16 @@ def test_material_slots_become_numbers_and_too_high_ones_the_last(hits):
     assert (material[:12] == 0).all()
     assert material[12:16].tolist() == [1, 0, 0, 0]
     assert (material[16:] == 2).all()
+
+
+@with_and_without_tables
+def test_triangles_know_their_instance_by_its_place_in_the_scene(hits):
+    nothing = s.put(s.mesh(np.zeros((3, 3)), np.zeros((0, 3), int)))
+    unseen = Instance("Unseen", BOX, s.affine(), seen_by=RayKinds(*[False] * 5))
+    triangles, _ = flatten(nothing, s.put(BOX), unseen, s.put(BOX), hits=hits)
+    instance = columns(triangles).view(np.int32)[m.INSTANCE]
+    assert instance.tolist() == [1] * 12 + [3] * 12
+    assert len(triangles.objects.seen_by) == 4
 
 
 @pytest.mark.parametrize("bad", (np.nan, np.inf, -np.inf))

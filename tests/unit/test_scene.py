@@ -45,6 +45,15 @@ REFUSED = (
         lambda: Instance("Cube", mesh(), np.eye(4)),
         "Object 'Cube': its matrix has shape (4, 4), expected (3, 4)",
     ),
+    (
+        lambda: Instance("Cube", mesh(), s.affine(), blocker_set=64),
+        "Object 'Cube': there is no light linking set 64",
+    ),
+    (
+        lambda: Instance("Cube", mesh(), s.affine(), receivers=1 << 64),
+        "Object 'Cube': a mask of light linking sets does not fit",
+    ),
+    (lambda: lamp(blockers=-1), "Light 'Key': a mask of light linking sets does not fit"),
     (lambda: Instance("Cube", mesh(), NAN), "Object 'Cube': its matrix has a number that is not"),
     (lambda: lamp(kind="LASER"), "Light 'Key': unknown kind 'LASER'"),
     (lambda: lamp(to_world=NAN), "Light 'Key': its matrix has a number that is not finite"),

@@ -31,6 +31,7 @@ CYCLES = {
     "transparent_max_bounces": 8,
     "sample_clamp_direct": 0.0,
     "sample_clamp_indirect": 10.0,
+    "use_light_tree": True,
     "light_sampling_threshold": 0.01,
     "blur_glossy": 1.0,
     "caustics_reflective": True,
@@ -38,6 +39,8 @@ CYCLES = {
     "pixel_filter_type": "BLACKMAN_HARRIS",
     "filter_width": 1.5,
     "film_exposure": 1.0,
+    "film_transparent_glass": False,
+    "film_transparent_roughness": 0.1,
 }
 OWN = {"pattern", "light_samples", "splitting", "instance_memory"}
 

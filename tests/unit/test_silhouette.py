@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from penumbra.core.geometry.silhouette import RISE, SHARE, bend_normals
-from penumbra.core.geometry.surface import Points
+from penumbra.core.geometry.silhouette import RISE, SHARE, bent_normals
 
 F32 = np.float32
 
@@ -12,14 +11,9 @@ def unit(vectors):
     return (vectors / np.linalg.norm(vectors, axis=0)).astype(F32)
 
 
-def points(wo, normal):
-    """Points of the plane z = 0, seen from above."""
-    count = wo.shape[1]
-    geometric = np.repeat(F32([[0], [0], [1]]), count, axis=1)
-    none = np.zeros(count, np.int32)
-    return Points(
-        geometric * 0, -wo, geometric, normal, none > 0, np.zeros(count, F32), none, none,
-    )  # fmt: skip
+def bend(wo, normal):
+    """Bend normals of the plane z = 0, seen from above."""
+    return bent_normals(np.broadcast_to(F32([[0], [0], [1]]), wo.shape), normal, wo)
 
 
 def scattered(count=5000):
@@ -35,7 +29,7 @@ def mirrored(wo, normal):
 
 def test_no_mirrored_ray_runs_into_the_surface():
     wo, normal = scattered()
-    bent = bend_normals(points(wo, normal)).normal
+    bent = bend(wo, normal)
     assert bent.dtype == F32
     np.testing.assert_allclose((bent**2).sum(axis=0), 1, atol=2e-6)
     rise = np.minimum(SHARE * wo[2], RISE)
@@ -50,7 +44,7 @@ def test_no_mirrored_ray_runs_into_the_surface():
 
 def test_normals_are_bent_towards_the_true_one_and_in_its_plane():
     wo, normal = scattered()
-    bent = bend_normals(points(wo, normal)).normal
+    bent = bend(wo, normal)
     assert (bent[2] >= normal[2] - 1e-6).all()
     side = normal[0] * bent[1] - normal[1] * bent[0]
     np.testing.assert_allclose(side, 0, atol=1e-6)
@@ -58,12 +52,18 @@ def test_normals_are_bent_towards_the_true_one_and_in_its_plane():
 
 
 def test_points_that_need_nothing_are_passed_on():
-    wo = unit(np.array([[0.3], [0.1], [1.0]]))
-    same = points(wo, unit(np.array([[0.1], [0.0], [1.0]])))
-    assert bend_normals(same) is same
+    wo, normal = unit(np.array([[0.3], [0.1], [1.0]])), unit(np.array([[0.1], [0.0], [1.0]]))
+    assert bend(wo, normal) is normal
+
+
+def test_no_argument_is_changed():
+    wo, normal = scattered()
+    before = wo.copy(), normal.copy()
+    bend(wo, normal)
+    np.testing.assert_array_equal((wo, normal), before)
 
 
 def test_rays_along_the_surface_give_no_nan():
     wo = unit(np.array([[1.0, 0, 1, 1e-20], [0, 1, 0, 0], [0, 0, 1e-12, 1]]))
     normal = unit(np.array([[1.0, 1, -1, 0], [0, 0, 0, 0], [0.1, 0.1, 0.1, -1]]))
-    assert np.isfinite(bend_normals(points(wo, normal)).normal).all()
+    assert np.isfinite(bend(wo, normal)).all()

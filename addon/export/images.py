@@ -1,0 +1,97 @@
+"""bpy images -> core.images.ImageSource.  Where pixels are, or themselves if no file has them.
+
+Files are left to the core, which reads them as Cycles does.  Pixels are taken from Blender where it
+alone has them: packed files, generated images, and edits that were not saved.  Its buffers of bytes
+are in the image's colour space, those of floats scene-linear.
+"""
+
+import functools
+import os
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.images import ImageSource
+from ...core.scene import Note
+
+_REC709 = "Linear Rec.709"
+_NOT_HONOURED = {
+    "MOVIE": "movies are not honoured: it is shown in magenta",
+    "VIEWER": "results of renders are not honoured: it is shown in magenta",
+}
+
+
+def export_image(
+    image: bpy.types.Image, user: bpy.types.ImageUser | None, notes: list[Note]
+) -> ImageSource:
+    """Return where the pixels of an image come from, as a node with the image user shows it."""
+    name = f"Image '{image.name}'"
+    path, pixels = "", None
+    if image.source in _NOT_HONOURED:
+        notes.append(Note(name, _NOT_HONOURED[image.source]))
+    elif _is_only_in_memory(image):
+        pixels = _pixels(image)
+        if pixels is None:
+            notes.append(Note(name, "it has no pixels and is shown in magenta"))
+    else:
+        path = _path(image, user)
+        if image.source == "SEQUENCE":
+            notes.append(Note(name, f"of the sequence only '{Path(path).name}' is shown"))
+        elif image.source == "TILED":
+            notes.append(Note(name, f"of its tiles only '{Path(path).name}' is shown"))
+    space = image.colorspace_settings
+    return ImageSource(
+        name=name,
+        path=path,
+        pixels=pixels,
+        colorspace=space.name,
+        is_data=space.is_data,
+        alpha_mode=image.alpha_mode,
+        working_space=working_space(),
+        config=configuration(),
+    )
+
+
+def _is_only_in_memory(image: bpy.types.Image) -> bool:
+    if image.source == "SEQUENCE":
+        return False
+    return image.source == "GENERATED" or image.is_dirty or len(image.packed_files) > 0
+
+
+def _pixels(image: bpy.types.Image) -> NDArray[np.uint8] | NDArray[np.float32] | None:
+    """Return Blender's own buffer (H, W, C), the bottom row first; None if it cannot be had."""
+    width, height = image.size
+    if width * height * image.channels == 0 or len(image.pixels) == 0:
+        return None
+    values = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(values)
+    values = values.reshape(height, width, image.channels)
+    if image.is_float:
+        return values
+    values *= 255
+    return np.rint(values, out=values).astype(np.uint8)
+
+
+def _path(image: bpy.types.Image, user: bpy.types.ImageUser | None) -> str:
+    """Return the absolute path of the file; that of the first tile if there are several."""
+    path = image.filepath_from_user(image_user=user) if user else image.filepath_from_user()
+    path = bpy.path.abspath(path, library=image.library)
+    return path.replace("<UDIM>", "1001").replace("<UVTILE>", "u1_v1")
+
+
+def working_space() -> str:
+    """Return the name of the file's scene-linear space; before Blender 5 it was fixed."""
+    settings = getattr(bpy.data, "colorspace", None)
+    return settings.working_space if settings is not None else _REC709
+
+
+@functools.cache
+def configuration() -> str:
+    """Return the OpenColorIO configuration that Blender uses."""
+    override = os.environ.get("OCIO") or os.environ.get("BLENDER_OCIO")
+    if override:
+        return override
+    folder = bpy.utils.system_resource("DATAFILES", path="colormanagement")
+    return str(Path(folder) / "config.ocio")

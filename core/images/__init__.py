@@ -1,0 +1,81 @@
+"""descriptions, pixels -> images.  What a picture is before it is read, and after.
+
+An image keeps the number format of its file, four channels to a texel, so that one fetch of 4, 8
+or 16 bytes brings a texel.  Colours are associated (multiplied with alpha).  An image in sRGB stays
+encoded, and is decoded after texels have been mixed, as in Cycles: that shows at magnified edges.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+ALPHA_MODES = ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")  # Blender's
+
+
+@dataclass(frozen=True, eq=False)
+class ImageSource:
+    """Where an image comes from: the file at `path`, or `pixels` if there are any.
+
+    pixels (H, W, C) uint8 or float32, the bottom row first; uint8 is in `colorspace`, float32
+    scene-linear, as Blender's own buffers.
+    """
+
+    name: str  # "Image 'sky.hdr'"
+    path: str = ""  # absolute
+    pixels: NDArray[Any] | None = None
+    colorspace: str = "sRGB"  # a name in the OpenColorIO configuration
+    is_data: bool = False  # numbers, not colours: never converted
+    alpha_mode: str = "STRAIGHT"
+    working_space: str = "Linear Rec.709"  # the scene-linear space
+    config: str = ""  # OpenColorIO's configuration file; only spaces that are not built in need it
+
+    def __post_init__(self) -> None:
+        if self.alpha_mode not in ALPHA_MODES:
+            raise ValueError(f"{self.name}: unknown alpha mode {self.alpha_mode!r}")
+        if self.pixels is not None and self.pixels.dtype not in (np.uint8, np.float32):
+            raise ValueError(f"{self.name}: pixels of type {self.pixels.dtype}")
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """Texels as one number each, the bottom row first; see `make_image`.
+
+    texels (height width,) unsigned integers or complex128, which are four numbers of `dtype`.
+    """
+
+    texels: NDArray[Any]
+    width: int
+    height: int
+    dtype: np.dtype[Any]
+    is_srgb: bool = False
+    has_alpha: bool = False  # a texel whose alpha is not 1
+    can_unassociate: bool = True  # not if it is data, or if alpha is a channel like the others
+
+
+_PACKED: dict[int, np.dtype[Any]] = {
+    1: np.dtype(np.uint32),
+    2: np.dtype(np.uint64),
+    4: np.dtype(np.complex128),
+}
+
+
+def make_image(pixels: NDArray[Any], is_srgb: bool = False, can_unassociate: bool = True) -> Image:
+    """Return the image of pixels (H, W, 4), uint8, uint16, float16 or float32."""
+    pixels = np.ascontiguousarray(pixels)
+    height, width, _ = pixels.shape
+    one = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+    return Image(
+        texels=pixels.reshape(-1, 4).view(_PACKED[pixels.dtype.itemsize]).reshape(-1),
+        width=width,
+        height=height,
+        dtype=pixels.dtype,
+        is_srgb=is_srgb,
+        has_alpha=bool((pixels[:, :, 3] != one).any()),
+        can_unassociate=can_unassociate,
+    )
+
+
+# What cannot be read, as Blender shows it
+MAGENTA = make_image(np.array([[[1, 0, 1, 1]]], np.float32))

@@ -1,0 +1,180 @@
+"""image, coordinates -> colours.  Mixing of texels, and what lies beyond the edges.
+
+Each axis yields the texels that take part and their weights; a colour is the sum over both.
+Interpolation: CLOSEST one texel, LINEAR two, CUBIC and SMART four of the cubic B-spline, which
+blurs a little (Cycles renders both alike).  Beyond the edges: REPEAT, EXTEND (the last texel),
+CLIP (transparent black), MIRROR.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..arrays import F32, Ids, Scalar, Vec
+from . import Image
+
+Tap = tuple[Ids, Scalar | None]  # a texel's number along the axis, and its weight (None is 1)
+
+TAPS = {"Closest": 1, "Linear": 2, "Cubic": 4, "Smart": 4}
+
+
+def lookup(
+    image: Image,
+    u: Scalar,
+    v: Scalar,
+    interpolation: str = "Linear",
+    extension: str = "REPEAT",
+    unassociate: bool = False,
+) -> Vec:
+    """Return scene-linear colour and alpha (4, N) float32 at u, v (N,), 0 to 1 from lower left.
+
+    Colours are associated, unless `unassociate` asks for straight ones: Blender does where the
+    node's Alpha output is used.
+    """
+    count = TAPS[interpolation]
+    columns = _taps(u, image.width, count, extension)
+    rows = _taps(v, image.height, count, extension)
+    width = np.int32(image.width)
+
+    # Sum over the texels
+    total = None
+    for row, weight in rows:
+        line = _line(image, row * width, columns)
+        if weight is not None:
+            line *= weight
+        total = line if total is None else np.add(total, line, out=total)
+    assert total is not None  # there is at least one row
+    if image.dtype.kind == "u":
+        total *= F32(1.0 / np.iinfo(image.dtype).max)
+
+    # Separate alpha, decode
+    if unassociate and image.has_alpha and image.can_unassociate:
+        alpha = total[3]
+        total[:3] /= np.where(alpha == 0, F32(1), alpha)
+    if image.is_srgb:
+        total[:3] = decode_srgb(total[:3])
+    return total
+
+
+def decode_srgb(colour: Vec) -> Vec:
+    """Return linear colours (..., N) of sRGB ones (IEC 61966-2-1); those below 0 become 0."""
+    low = np.maximum(colour, F32(0))
+    high = low + F32(0.055)
+    high *= F32(1 / 1.055)
+    np.power(high, F32(2.4), out=high)
+    return np.where(low < F32(0.04045), low * F32(1 / 12.92), high)
+
+
+def _line(image: Image, start: Ids, columns: list[Tap]) -> Vec:
+    """Return the sum (4, N) over one row of texels."""
+    total = None
+    for column, weight in columns:
+        # Every index is inside; clip is take's fastest mode
+        packed = image.texels.take(start + column, mode="clip")
+        texel: Vec = np.array(packed.view(image.dtype).reshape(-1, 4).T, F32, order="C")
+        if weight is not None:
+            texel *= weight
+        total = texel if total is None else np.add(total, texel, out=total)
+    assert total is not None  # there is at least one column
+    return total
+
+
+def _taps(place: Scalar, size: int, count: int, extension: str) -> list[Tap]:
+    """Return the texels along one axis that take part at `place` (N,), and their weights."""
+    x = _FOLD[extension](place, F32(size))
+    if count > 1:
+        x -= F32(0.5)
+    first = np.floor(x)
+    weights = _WEIGHTS[count](x - first)
+    base = first.astype(np.int32)
+    taps: list[Tap] = []
+    for step, weight in zip(_STEPS[count], weights, strict=True):
+        index = base + np.int32(step) if step else base
+        if extension == "CLIP":
+            inside = ((index >= 0) & (index < size)).astype(F32)
+            weight = inside if weight is None else weight * inside
+        taps.append((_WRAP[extension](index, size), weight))
+    return taps
+
+
+# --- Weights by the number of texels: t (N,) is the place between the middle two -----------------
+
+
+def _linear(t: Scalar) -> list[Scalar | None]:
+    return [F32(1) - t, t]
+
+
+def _cubic(t: Scalar) -> list[Scalar | None]:
+    """Return the uniform cubic B-spline's weights."""
+    sixth, s = F32(1 / 6), F32(1) - t
+    outer, inner = s * s * s * sixth, t * t * t * sixth
+    left = F32(2 / 3) - t * t * (F32(1) - F32(0.5) * t)
+    return [outer, left, F32(1) - outer - left - inner, inner]
+
+
+_STEPS = {1: (0,), 2: (0, 1), 4: (-1, 0, 1, 2)}
+_WEIGHTS: dict[int, Callable[[Scalar], list[Scalar | None]]] = {
+    1: lambda t: [None],
+    2: _linear,
+    4: _cubic,
+}
+
+# --- Beyond the edges: coordinates to [0, size] or a little more, then texel numbers inside ------
+
+
+def _repeat(place: Scalar, size: np.float32) -> Scalar:
+    x: Scalar = place - np.floor(place)
+    x *= size
+    return x
+
+
+def _mirror(place: Scalar, size: np.float32) -> Scalar:
+    half = place * F32(0.5)
+    half -= np.floor(half)
+    half *= F32(2)
+    np.minimum(half, F32(2) - half, out=half)
+    half *= size
+    return half
+
+
+def _near(place: Scalar, size: np.float32) -> Scalar:
+    # Four texels beyond the edge nothing changes any more
+    x: Scalar = place * size
+    np.clip(x, F32(-4), size + F32(4), out=x)
+    return x
+
+
+def _wrap_repeat(index: Ids, size: int) -> Ids:
+    if size < 4:
+        wrapped: Ids = np.remainder(index, np.int32(size))
+        return wrapped
+    index = index + np.int32(size) * (index < 0)
+    index -= np.int32(size) * (index >= size)
+    return index
+
+
+def _wrap_mirror(index: Ids, size: int) -> Ids:
+    index = np.where(index < 0, np.int32(-1) - index, index)
+    index = np.where(index >= size, np.int32(2 * size - 1) - index, index)
+    return _wrap_clamp(index, size)
+
+
+def _wrap_clamp(index: Ids, size: int) -> Ids:
+    clamped: Ids = np.clip(index, np.int32(0), np.int32(size - 1))
+    return clamped
+
+
+_FOLD: dict[str, Callable[[Scalar, np.float32], Scalar]] = {
+    "REPEAT": _repeat,
+    "MIRROR": _mirror,
+    "EXTEND": _near,
+    "CLIP": _near,
+}
+_WRAP: dict[str, Callable[[Ids, int], Ids]] = {
+    "REPEAT": _wrap_repeat,
+    "MIRROR": _wrap_mirror,
+    "EXTEND": _wrap_clamp,
+    "CLIP": _wrap_clamp,
+}
+
+EXTENSIONS = tuple(_FOLD)

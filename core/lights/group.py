@@ -1,0 +1,49 @@
+"""lights -> groups of one kind.  Lights that share a formula, as arrays of their numbers."""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Ids, Index, Vec
+from .kind import Kind, Rows
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Lights of one kind: `count` of them, numbered from `first`.
+
+    rows (P, L) and colour (3, L) float32, seen_by (L,) mask bits and max_bounces (L,) int32.
+    Paths with more than `max_bounces` bounces take no samples of a light; met by chance, it
+    shines on them all the same (Cycles).  receivers and blockers (L,) uint64, masks of the light
+    linking sets; casts_shadow, and is_met: rays may run into it, (L,) bool.
+    """
+
+    kind: Kind
+    first: int
+    rows: Rows
+    colour: Vec
+    seen_by: Ids
+    max_bounces: Ids
+    receivers: NDArray[np.uint64]
+    blockers: NDArray[np.uint64]
+    casts_shadow: NDArray[np.bool_]
+    is_met: NDArray[np.bool_]
+
+    @property
+    def count(self) -> int:
+        """Return the number of lights."""
+        return len(self.seen_by)
+
+    def only(self, local: int) -> "Group":
+        """Return the light number `local`, counted from `first`, as views of what this holds."""
+        one = slice(local, local + 1)
+        return Group(self.kind, self.first + local, *(each[..., one] for each in self._arrays()))
+
+    def take(self, index: Index | Ids) -> "Group":
+        """Return the lights of `index`, counted from `first`, one for each of N points."""
+        return Group(self.kind, self.first, *(each.take(index, axis=-1) for each in self._arrays()))
+
+    def _arrays(self) -> list[Any]:
+        return [getattr(self, item.name) for item in fields(self)[2:]]

@@ -1,0 +1,259 @@
+"""points, rays -> Context.  All that a shading step may read of the points it runs on.
+
+Nothing is gathered before it is asked for, and then once: a program that reads no normals costs
+none.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, Ids, Index, Scalar, Vec, dot, normalize, take
+from ..bsdf.kinds import CAMERA, DIFFUSE
+from ..geometry.mesh import Triangles
+from ..geometry.silhouette import bent_normals
+from ..geometry.spaces import Spaces
+from ..geometry.surface import Points
+from ..geometry.view import View
+
+NEVER = np.finfo(np.float32).max  # the length of rays that meet nothing, as in Cycles
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """How rays came to N points.
+
+    kind: bits of `bsdf.kinds` (N,) uint8, or one int for all; length (N,) [m] that rays came
+    before they passed their last transparent surface, None is 0; count (3, N) int16 diffuse,
+    glossy and transmission bounces before this point, None if all are `depth` diffuse ones;
+    total (N,) all bounces, or one number for all, None is `depth`; passed (N,) transparent
+    surfaces before this point, None is 0; blur (N,) least roughness that filter glossy asks for,
+    None is 0.
+    """
+
+    kind: NDArray[np.uint8] | int = CAMERA
+    depth: int = 0
+    length: Scalar | None = None
+    count: NDArray[np.int16] | None = None
+    total: NDArray[np.int16] | int | None = None
+    passed: NDArray[np.int16] | None = None
+    blur: Scalar | None = None
+
+    def take(self, index: Index) -> "Arrival":
+        """Return how the rays at `index` (M,) came."""
+        kind = self.kind if isinstance(self.kind, int) else self.kind.take(index)
+        total = self.total if isinstance(self.total, int) else take(self.total, index)
+        rest = (take(each, index) for each in (self.passed, self.blur))
+        length, count = take(self.length, index), take(self.count, index)
+        return Arrival(kind, self.depth, length, count, total, *rest)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where things are: origin (3, 1), of the local one in the world [m], and objects' spaces.
+
+    `spaces` are None where no shader reads them, triangles where there are none.
+    """
+
+    origin: Vec
+    spaces: Spaces | None = None
+    view: View | None = None
+    triangles: Triangles | None = None
+
+
+NOWHERE = Place(np.zeros((3, 1), F32))
+
+
+class Context:
+    """The points of `index` (n,) among all of `points`, None for all of them."""
+
+    with_discs = True  # whether skies show their suns
+
+    def __init__(
+        self, points: Points, arrival: Arrival, index: Index | None, place: Place = NOWHERE
+    ) -> None:
+        self.points, self.arrival, self.index = points, arrival, index
+        self.place = place
+
+    @property
+    def size(self) -> int:
+        """The number of points."""
+        return self.points.size if self.index is None else self.index.size
+
+    def of(self, array: Any) -> Any:
+        """Return the columns of this context of an array over all points, or None."""
+        return array if self.index is None else take(array, self.index)
+
+    @cached_property
+    def normal(self) -> Vec:
+        """Shading normals (3, n) on the viewer's side."""
+        return self.of(self.points.normal)
+
+    @cached_property
+    def geometric(self) -> Vec:
+        """Normals (3, n) of the triangles, on the viewer's side."""
+        return self.normal if self.points.is_flat else self.of(self.points.geometric)
+
+    @cached_property
+    def wo(self) -> Vec:
+        """Unit directions (3, n) to the viewer."""
+        return np.negative(self.of(self.points.arriving))
+
+    @cached_property
+    def valid_normal(self) -> Vec:
+        """Shading normals (3, n), bent where a mirrored ray would enter the surface."""
+        if self.points.is_flat:
+            return self.normal
+        return bent_normals(self.geometric, self.normal, self.wo)
+
+    @cached_property
+    def cosine(self) -> Scalar:
+        """Cosines (n,) of the viewer's direction at the valid normal, at least 0."""
+        return np.maximum(dot(self.valid_normal, self.wo), F32(0))
+
+    @cached_property
+    def back(self) -> NDArray[np.bool_]:
+        """Which points are seen from behind (n,)."""
+        return self.of(self.points.back)
+
+    @cached_property
+    def position(self) -> Vec:
+        """Places (3, n) in the world [m]."""
+        position: Vec = self.local + self.place.origin
+        return position
+
+    @cached_property
+    def local(self) -> Vec:
+        """Places (3, n) about the local origin [m]."""
+        return self.of(self.points.position)
+
+    @cached_property
+    def instance(self) -> Ids:
+        """The numbers (n,) of the objects that were hit."""
+        return self.of(self.points.instance)
+
+    @property
+    def spaces(self) -> Spaces:
+        """The spaces of objects, which a step of the program asks for."""
+        assert self.place.spaces is not None
+        return self.place.spaces
+
+    @property
+    def view(self) -> View:
+        """The camera's space."""
+        assert self.place.view is not None
+        return self.place.view
+
+    def fact(self, row: int, is_vector: bool = False) -> NDArray[np.float32]:
+        """Return what is known of the objects, (n,) or (3, n), see `geometry.spaces`."""
+        facts = self.spaces.facts
+        return (facts[row : row + 3] if is_vector else facts[row]).take(self.instance, axis=-1)
+
+    @cached_property
+    def seen(self) -> Vec:
+        """Places (3, n) in the camera's space, z along the view [m]."""
+        return self.view.point(self.local)
+
+    @property
+    def seen_way(self) -> Vec:
+        """The same (3, n); of the surroundings, directions."""
+        return self.seen
+
+    @cached_property
+    def corners(self) -> tuple[Vec, Vec, Vec]:
+        """The corners (3, n) of the triangles about the local origin [m]."""
+        assert self.place.triangles is not None
+        vertices = self.place.triangles.vertices
+        corner = self.place.triangles.corners.take(self.triangle, axis=0)
+        a, b, c = (np.ascontiguousarray(vertices.take(row, axis=0).T) for row in corner.T)
+        return a, b, c
+
+    @cached_property
+    def in_texture_space(self) -> Vec:
+        """Places (3, n) in the box of the object: -1 to 1 in each direction."""
+        return self.spaces.in_texture_space(self.local, self.instance)
+
+    @cached_property
+    def generated(self) -> Vec:
+        """Places (3, n) in the box of the object: 0 to 1 in each direction."""
+        where = self.in_texture_space * F32(0.5)
+        where += F32(0.5)
+        return where
+
+    def around(self, axis: int) -> Vec:
+        """Return the way (3, n) around an axis of the objects that were hit, of any length.
+
+        Blender's: (-y, x, 0) for z, (-z, 0, x) for y, (0, -z, y) for x, in the object's texture
+        space, carried as normals are.
+        """
+        where = self.in_texture_space
+        first, second = (row for row in range(3) if row != axis)
+        around = np.zeros_like(where)
+        around[first], around[second] = -where[second], where[first]
+        return self.spaces.carry_normals(around, self.instance)
+
+    def into_object(self, vector: Vec, kind: str) -> Vec:
+        """Return a POINT, VECTOR or NORMAL (3, n) or (3, 1) of the world in the objects' spaces."""
+        if kind == "POINT":
+            return self.spaces.in_object(vector - self.place.origin, self.instance)
+        if kind == "VECTOR":
+            return self.spaces.turn_in(vector, self.instance)
+        return normalize(self.spaces.bring_normals(vector, self.instance))
+
+    def out_of_object(self, vector: Vec, kind: str) -> Vec:
+        """Return a POINT, VECTOR or NORMAL (3, n) or (3, 1) of the objects' in the world."""
+        if kind == "POINT":
+            return self.spaces.out_of_object(vector, self.instance) + self.place.origin
+        if kind == "VECTOR":
+            return self.spaces.turn_out(vector, self.instance)
+        return normalize(self.spaces.carry_normals(vector, self.instance))
+
+    @cached_property
+    def reflection(self) -> Vec:
+        """Directions (3, n) of the mirrored viewer's rays."""
+        twice = F32(2) * dot(self.normal, self.wo)
+        mirrored: Vec = self.normal * twice
+        mirrored -= self.wo
+        return mirrored
+
+    @cached_property
+    def length(self) -> Scalar:
+        """How far (n,) the rays came from where they were scattered last [m]."""
+        length: Scalar = self.of(self.points.distance)
+        if self.arrival.length is not None:
+            length = length + self.of(self.arrival.length)
+        view = self.place.view
+        if view is not None and view.clip > 0:
+            along = np.maximum(dot(view.axes[2][:, None], np.negative(self.wo)), F32(1e-6))
+            begun: Scalar = np.reciprocal(along)
+            begun *= view.clip
+            length = length - begun * self.has_kind(CAMERA)
+        return length
+
+    @cached_property
+    def triangle(self) -> Ids:
+        """The numbers of the triangles (n,)."""
+        return self.of(self.points.triangle)
+
+    @cached_property
+    def is_after_matte(self) -> Scalar:
+        """1 (n,) or (1,) where the ray comes from a matte surface, else 0."""
+        return self.has_kind(DIFFUSE)
+
+    def has_kind(self, bits: int) -> Scalar:
+        """Return 1 (n,) or (1,) where the ray's kind has one of these bits, else 0."""
+        kind = self.arrival.kind
+        if isinstance(kind, int):
+            return np.full(1, F32(bool(kind & bits)))
+        return ((self.of(kind) & np.uint8(bits)) != 0).astype(F32)
+
+    def counted(self, choose: Callable[[Arrival], Any]) -> Scalar:
+        """Return a number of the arrival, (n,) or (1,), as float32; None is 0."""
+        found = choose(self.arrival)
+        if found is None or isinstance(found, int):
+            return np.full(1, F32(found or 0))
+        return self.of(found).astype(F32)

@@ -1,0 +1,145 @@
+"""shader nodes -> Values.  The numbers that nodes feed into each other, as a graph of steps.
+
+Each kind of node is a function of `nodes.NODES` that makes values out of the node's inputs.  What
+is not there yet is written down by name and replaced by the socket's own value: never silently.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..scene import Colour, Link, Node, Note, Socket
+from .sky.disc import Disc
+from .values import COLOUR, FLOAT, VECTOR, Value, constant, grey, value, widened
+
+WHITE: Colour = (1.0, 1.0, 1.0)
+NodeFunction = Callable[["Graph", Node, str], Value | None]
+
+
+class Library:
+    """What is made once for all shaders of a scene: images, skies, by the id of their source."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, Any] = {}
+
+    def get(self, key: int, make: Callable[[], Any]) -> Any:
+        """Return what is known by `key`, made if it is not."""
+        if key not in self._known:
+            self._known[key] = make()
+        return self._known[key]
+
+
+class Graph:
+    """Makes values of node sockets; `notes` are what it could not honour.
+
+    A node's output is made once, however many sockets it feeds.  material_index is the number
+    that the user gave the material.  discs: of suns in the sky;
+    finest: width and height of the largest picture of the surroundings.
+    """
+
+    def __init__(
+        self, owner: str, table: Mapping[str, NodeFunction], library: Library | None = None
+    ) -> None:
+        self.owner = owner
+        self.library = library or Library()
+        self.notes: list[Note] = []
+        self.discs: tuple[Disc, ...] = ()
+        self.finest = (0, 0)
+        self.material_index = 0
+        self._table = table
+        self._known: dict[tuple[int, str], Value | None] = {}
+
+    def note(self, what: str) -> None:
+        """Write down, once, what the picture does not honour."""
+        note = Note(self.owner, what)
+        if note not in self.notes:
+            self.notes.append(note)
+
+    def number(self, node: Node, socket: str, default: float = 0.0) -> Value:
+        """Return the scalar at an input."""
+        return grey(self._at(node, socket, default, FLOAT))
+
+    def colour(self, node: Node, socket: str, default: Colour = WHITE) -> Value:
+        """Return the colour at an input."""
+        return widened(self._at(node, socket, default, COLOUR), COLOUR)
+
+    def vector(self, node: Node, socket: str, default: Colour | None = None) -> Value | None:
+        """Return the vector at an input; None where nothing feeds it and there is no default."""
+        found = node.inputs.get(socket, default)
+        if isinstance(found, Link):
+            return widened(self._at(node, socket, found.default or (0, 0, 0), VECTOR), VECTOR)
+        if found is None:
+            found = default
+        return None if found is None else widened(_plain(found, VECTOR), VECTOR)
+
+    def whole(self, node: Node, socket: str, default: float = 0.0) -> Value:
+        """Return the vector at an input, of three times `default` where there is none."""
+        found = self.vector(node, socket, (default, default, default))
+        assert found is not None
+        return found
+
+    def has(self, node: Node, socket: str) -> bool:
+        """Whether a node has an input of this name."""
+        return socket in node.inputs
+
+    def is_linked(self, node: Node, socket: str) -> bool:
+        """Whether something feeds an input."""
+        return isinstance(node.inputs.get(socket), Link)
+
+    def note_input(self, node: Node, socket: str) -> None:
+        """Note that what feeds an input does nothing yet."""
+        self.note(f"{title(node)}: what feeds {socket} is not honoured")
+
+    def choice(self, node: Node, name: str, default: Any) -> Any:
+        """Return one of the node's own choices."""
+        return node.properties.get(name, default)
+
+    def _at(self, node: Node, socket: str, default: Socket, kind: str) -> Value:
+        found = node.inputs.get(socket, default)
+        if isinstance(found, Link):
+            made = self._output(found)
+            if made is not None:
+                return made
+            self.note(
+                f"{title(found.node)} feeding {socket} of {title(node)} is replaced by the "
+                "input's own value"
+            )
+            found = found.default
+        return _plain(default if found is None else found, kind)
+
+    def _output(self, link: Link) -> Value | None:
+        """Return the value of an output, None if its node is not known.
+
+        What feeds it is made first, from the far end on: a long chain needs no deep recursion.
+        """
+        stack = [link]
+        while stack:
+            node, output = stack[-1].node, stack[-1].output
+            if (id(node), output) in self._known:
+                stack.pop()
+                continue
+            function = self._table.get(node.kind)
+            waiting = [
+                found
+                for found in node.inputs.values()
+                if isinstance(found, Link)
+                and (id(found.node), found.output) not in self._known
+                and function is not None
+            ]
+            if waiting:
+                stack.extend(waiting)
+                continue
+            made = None if function is None else function(self, node, output)
+            self._known[id(node), output] = made
+            stack.pop()
+        return self._known[id(link.node), link.output]
+
+
+def title(node: Node) -> str:
+    """Return what a node is called in notes."""
+    return f"{node.kind} '{node.name}'" if node.name else node.kind
+
+
+def _plain(found: Socket, kind: str) -> Value:
+    if isinstance(found, (tuple, list)):
+        return constant(tuple(found[:3]), COLOUR if kind == FLOAT else kind)
+    return value(float(found))  # type: ignore[arg-type]

@@ -1,0 +1,150 @@
+"""rays, lamps -> Context.  What a lamp's shader may read of where rays meet it."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, INV_PI, Index, Scalar, Vec, dot, normalize
+from ..scene import Lamp
+from .context import NEVER, Arrival, Context
+
+# How lamps face the rays that meet them: as what always faces the ray, a ball, or a plane
+DISK, BALL, PLANE = 0, 1, 2
+
+# Rows of a lamp's numbers: the affine to the lamp's own space, its linear part back, its normal,
+# and how far its texture spans
+TO_LOCAL, TO_WORLD, CENTRE, NORMAL, SPAN = 0, 12, 21, 24, 27
+
+
+def compile_row(lamp: Lamp, origin: NDArray[np.float64]) -> tuple[list[float], int]:
+    """Return the numbers of a lamp, places relative to `origin` (3,), and how it faces rays."""
+    linear, centre = lamp.to_world[:, :3], lamp.to_world[:, 3] - origin
+    inverse = np.linalg.pinv(linear)
+    normal = -linear[:, 2] / max(float(np.linalg.norm(linear[:, 2])), 1e-30)
+    facing, span = DISK, (1.0, 1.0)
+    if lamp.kind == "AREA":
+        facing, span = PLANE, (1.0 / max(lamp.size[0], 1e-30), 1.0 / max(lamp.size[1], 1e-30))
+    elif lamp.kind == "SPOT":
+        half = 0.5 / np.tan(0.5 * lamp.spot_angle)
+        span = (half, half)
+    elif lamp.kind == "SUN":
+        half = 0.5 / max(float(np.sin(0.25 * lamp.angle)), 1e-30) if lamp.angle > 0 else 0.0
+        span = (half, half)
+    if lamp.kind in ("POINT", "SPOT") and lamp.radius > 0.0 and not lamp.soft_falloff:
+        facing = BALL
+    row = [*inverse.ravel(), *(inverse @ -centre), *linear.ravel(), *centre, *normal, *span]
+    return [float(value) for value in row], facing
+
+
+class LampContext(Context):
+    """What a program may read of n rays of unit directions that meet lamps.
+
+    rows (29, n) or (29, 1), facing (n,) or (1,): of `compile_row`; where (3, n): places on the
+    lamps about the local origin, direction (3, n) and length (n,) of the rays; of all N rays that
+    `arrival` is about these are `index`, None for all.
+    """
+
+    def __init__(
+        self,
+        rows: NDArray[np.float32],
+        facing: NDArray[np.int32],
+        kind: str,
+        where: Vec,
+        direction: Vec,
+        length: Scalar,
+        arrival: Arrival,
+        index: Index | None,
+        origin: Vec,
+    ) -> None:
+        self.arrival, self.index = arrival, index
+        self._rows, self._facing, self._kind = rows, facing, kind
+        self._where, self.direction, self._origin = where, direction, origin
+        self.wo = np.negative(direction)
+        self.length = np.full(1, NEVER) if kind == "SUN" else length
+
+    @property
+    def size(self) -> int:
+        """The number of rays."""
+        return self.direction.shape[1]
+
+    @cached_property
+    def position(self) -> Vec:
+        """Places (3, n) in the world [m]; of suns where their light goes."""
+        return self.wo if self._kind == "SUN" else self._where + self._origin
+
+    @cached_property
+    def outward(self) -> Vec:
+        """Normals (3, n) of the lamps, on the side that shines."""
+        rows, facing = self._rows, self._facing
+        if (facing == DISK).all():
+            return self.wo
+        if (facing == PLANE).all():
+            plane: Vec = np.broadcast_to(rows[NORMAL : NORMAL + 3], self.wo.shape)
+            return plane
+        ball = normalize(self._where - rows[CENTRE : CENTRE + 3])
+        return np.where(facing == BALL, ball, self.wo)
+
+    @cached_property
+    def back(self) -> NDArray[np.bool_]:
+        """Which rays meet lamps from inside (n,)."""
+        return dot(self.outward, self.wo) < 0
+
+    @cached_property
+    def normal(self) -> Vec:
+        """Normals (3, n) on the viewer's side."""
+        return np.where(self.back, np.negative(self.outward), self.outward)
+
+    @cached_property
+    def geometric(self) -> Vec:
+        """The same: lamps have no other normals."""
+        return self.normal
+
+    @cached_property
+    def valid_normal(self) -> Vec:
+        """The same: nothing is mirrored."""
+        return self.normal
+
+    @cached_property
+    def in_object(self) -> Vec:
+        """Places (3, n) in the lamp's own space."""
+        if self._kind == "SUN":
+            return self._to_local(self.position) + self._rows[TO_LOCAL + 9 : TO_LOCAL + 12]
+        return self._to_local(self._where) + self._rows[TO_LOCAL + 9 : TO_LOCAL + 12]
+
+    @cached_property
+    def normal_in_object(self) -> Vec:
+        """Normals (3, n) in the lamp's own space."""
+        m, n = self._rows[TO_WORLD : TO_WORLD + 9], self.normal
+        columns = (m[k] * n[0] + m[k + 3] * n[1] + m[k + 6] * n[2] for k in range(3))
+        return normalize(np.stack(list(columns)))
+
+    @cached_property
+    def parametric(self) -> Vec:
+        """Coordinates (3, n) on the lamp's surface or in its cone, 0 to 1; the third is 0."""
+        u_span, v_span = self._rows[SPAN], self._rows[SPAN + 1]
+        if self._kind == "POINT":
+            x, y, z = self._to_local(self.outward)
+            long = np.maximum(np.sqrt(x * x + y * y + z * z), F32(1e-30))
+            u = F32(0.5) - np.arctan2(x, y) * F32(0.5) * INV_PI
+            v = F32(1) - np.arccos(np.clip(z / long, F32(-1), F32(1))) * INV_PI
+        elif self._kind == "AREA":
+            x, y, _ = self.in_object
+            u = np.clip(x * u_span, F32(-0.5), F32(0.5)) + F32(0.5)
+            v = np.clip(y * v_span, F32(-0.5), F32(0.5)) + F32(0.5)
+        elif self._kind == "SPOT":
+            x, y, z = self._to_local(self.wo)
+            below = np.where(z < 0, np.minimum(z, F32(-1e-6)), np.maximum(z, F32(1e-6)))
+            u, v = F32(0.5) - x / below * u_span, F32(0.5) - y / below * v_span
+        else:
+            x, y, _ = self._to_local(self.direction)
+            apart = self.direction - self._rows[NORMAL : NORMAL + 3]
+            scale = u_span / np.maximum(np.sqrt(dot(apart, apart)), F32(1e-30))
+            u, v = x * scale + F32(0.5), y * scale + F32(0.5)
+        return np.stack(np.broadcast_arrays(u, v, np.zeros(1, F32)))
+
+    def _to_local(self, vector: Vec) -> Vec:
+        """Return directions (3, n) of the world in the lamp's own space."""
+        m = self._rows[TO_LOCAL : TO_LOCAL + 9]
+        rows = (m[k] * vector[0] + m[k + 1] * vector[1] + m[k + 2] * vector[2] for k in (0, 3, 6))
+        return np.stack(list(rows))

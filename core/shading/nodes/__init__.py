@@ -1,0 +1,39 @@
+"""node kind -> function.  What every node that makes numbers means; add one with a line here."""
+
+from .colours import COLOURS
+from .constants import CONSTANTS
+from .coordinates import PLACES
+from .hit import HIT
+from .lamp import LAMP
+from .light import LIGHT
+from .math import MATHS
+from .mix import MIXES
+from .objects import OBJECTS
+from .procedural import PROCEDURAL
+from .ramps import RAMPS
+from .spectra import SPECTRA
+from .textures import TEXTURES
+from .triangle import TRIANGLE
+from .turns import TURNS
+from .vectors import VECTORS
+
+NODES = {
+    **COLOURS,
+    **CONSTANTS,
+    **HIT,
+    **LIGHT,
+    **MATHS,
+    **MIXES,
+    **OBJECTS,
+    **PLACES,
+    **PROCEDURAL,
+    **RAMPS,
+    **SPECTRA,
+    **TEXTURES,
+    **TRIANGLE,
+    **TURNS,
+    **VECTORS,
+}
+LAMP_NODES = {**NODES, **LAMP}  # in the shaders of lamps
+
+__all__ = ["LAMP_NODES", "NODES"]

@@ -1,0 +1,63 @@
+"""built benchmark scenes -> counts.  Each holds what its name and the README promise."""
+
+import pytest
+
+from penumbra.benchmarks.scenes import SCENES
+
+BUILT = [s.name for s in SCENES if not s.example and s.reference]
+
+# Least and most triangles, triangles that glow, lamps.
+CONTENT = {
+    "glossy_interior": ((30_000, 50_000), 0, 5),
+    "glass": ((30_000, 60_000), 0, 2),
+    "many_lights": ((100_000, 200_000), 0, 1000),
+    "many_emitters": ((150_000, 200_000), 100_000, 0),
+    "hdri_object": ((30_000, 50_000), 0, 0),
+    "emissive_mesh": ((10_000, 20_000), 9_684, 0),
+}
+
+
+def build_and_count(name):
+    import bpy
+
+    from penumbra.benchmarks import built
+
+    built.build(name)
+    scene = bpy.context.scene
+    triangles = glowing = 0
+    for instance in bpy.context.evaluated_depsgraph_get().object_instances:
+        if instance.object.type not in {"MESH", "FONT"}:
+            continue
+        mesh = instance.object.to_mesh()
+        mesh.calc_loop_triangles()
+        kinds = {
+            node.type
+            for slot in instance.object.material_slots
+            for node in slot.material.node_tree.nodes
+        }
+        triangles += len(mesh.loop_triangles)
+        glowing += len(mesh.loop_triangles) * ("EMISSION" in kinds)
+        instance.object.to_mesh_clear()
+    lamps = sum(item.type == "LIGHT" for item in scene.objects)
+    same = [
+        getattr(engine, limit)
+        for engine in (scene.cycles, scene.penumbra)
+        for limit in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
+    ]
+    size = scene.render.resolution_x, scene.render.resolution_y
+    return triangles, glowing, lamps, same, size, scene.camera is not None
+
+
+def test_the_table_has_all_built_scenes():
+    assert list(CONTENT) == BUILT
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_a_built_scene_holds_what_is_promised(blender, name):
+    (least, most), emitting, lights = CONTENT[name]
+    triangles, glowing, lamps, same, (width, height), has_camera = blender(build_and_count, name)
+    assert least <= triangles <= most
+    assert (glowing, lamps) == (emitting, lights)
+    assert same == [12, 4, 4, 12] * 2, "both engines have Blender's own bounce limits"
+    assert 50_000 <= width * height <= 130_000
+    assert has_camera
