@@ -45,7 +45,7 @@ def test_behind_more_sheets_than_are_passed_it_is_dark(limit, splitting):
     # As with other bounces, what follows the last one still shows what glows (Cycles).
     stack = [sheet(clear(), -0.1 * n) for n in range(3)]
     found = seen(*stack, BACK, transparent_max_bounces=limit, splitting=splitting)
-    np.testing.assert_allclose(found, LIGHT * TINT**3 if limit >= 2 else 0, rtol=1e-5)
+    np.testing.assert_allclose(found, LIGHT * TINT**3 if limit >= 3 else 0, rtol=1e-5)
 
 
 ALPHAS = {
