@@ -2,8 +2,8 @@
 
 The picture (equirectangular, 1024 x 512, OpenEXR) is computed: a clear sky that grows pale
 towards the horizon, clouds of fractal noise that the sun shines through, a dark ground, and a
-sun of one degree: seven pixels, 30,000 times as bright as the sky, with 57 % of the light that
-falls on the plane.
+sun of one degree: seven pixels, 25,000 times as bright as the sky, with half of the light that
+falls on the plane. The metals are rough enough that what they throw on the plane converges.
 """
 
 import math
@@ -19,7 +19,7 @@ from .shapes import begin, lathe, metal, plastic, rounded, soft_box, suzanne
 
 WIDTH, HEIGHT = 1024, 512
 SUN = (math.radians(-140), math.radians(38))  # azimuth from +x to +y, elevation
-SUN_RADIUS, SUN_LIGHT = math.radians(0.5), 4.0  # [rad], irradiance it gives
+SUN_RADIUS, SUN_LIGHT = math.radians(0.5), 3.0  # [rad], irradiance it gives
 CACHE = Path(__file__).resolve().parent.parent / "cache"
 
 
@@ -44,7 +44,7 @@ def _world(path):
 def _toy():
     red, white = plastic("Red", (0.65, 0.04, 0.03)), plastic("White", (0.8, 0.8, 0.78), 0.35)
     blue, black = plastic("Blue", (0.03, 0.12, 0.40), 0.25), plastic("Black", (0.02, 0.02, 0.02))
-    steel, gold = metal("Steel", (0.70, 0.71, 0.73), 0.2), metal("Gold", (1.0, 0.70, 0.28), 0.1)
+    steel, gold = metal("Steel", (0.70, 0.71, 0.73), 0.35), metal("Gold", (1.0, 0.70, 0.28), 0.3)
     base = [(0, 0), (1.0, 0), (1.05, 0.04), (1.05, 0.14), (0.98, 0.2), (0, 0.2)]
     put("Base", lathe(rounded(base), 128), steel)
     body = [(0, 0), (0.45, 0), (0.62, 0.25), (0.5, 0.62), (0.3, 0.75), (0, 0.78)]
