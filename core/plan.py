@@ -15,15 +15,17 @@ from .arrays import F32, Vec
 from .bsdf import CAMERA, CLEAR, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
 from .geometry.accel import Accel, compile_accel
+from .geometry.attributes import Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
 from .geometry.view import compile_view
 from .lights import Emitters, Hulls, Lights, compile_hulls, compile_lights, ray_mask
 from .lights.environment import Environment, compile_environment
 from .sampling.patterns import PATTERNS
-from .scene import EVERY_SET, Cancelled, Lamp, Material, Note, Scene, SceneError
+from .scene import EVERY_SET, Camera, Cancelled, Lamp, Material, Note, Scene, SceneError
 from .settings import OPTIONS, Settings
 from .shading import (
+    Library,
     Place,
     Rules,
     SurfaceTable,
@@ -187,7 +189,8 @@ def compile_plan(
     _check_pattern(settings)
 
     # Surfaces: a column for each material that occurs.
-    materials, surfaces = _compile_surfaces(scene, settings, notes)
+    library = Library()
+    materials, surfaces = _compile_surfaces(scene, settings, notes, library)
     numbers = {id(material): number for number, material in enumerate(materials)}
     transparent = [
         number
@@ -202,7 +205,7 @@ def compile_plan(
     if box is not None:
         origin = np.clip(origin, box[0], box[1])
     hits = _hits_expected(scene, settings)
-    lamps, emissions, lamp_notes = fold_lamps(scene.lamps)
+    lamps, emissions, lamp_notes = fold_lamps(scene.lamps, library)
     notes += lamp_notes
     masks = [(lamp.receivers, lamp.blockers) for lamp in lamps]
     masks += [(instance.receivers, instance.blockers) for instance in scene.instances]
@@ -217,15 +220,20 @@ def compile_plan(
         should_stop,
         transparent,
         links_shadows,
-        links_lights or surfaces.reads_spaces,
+        links_lights or surfaces.reads_spaces or bool(surfaces.attributes),
+        bool(surfaces.attributes),
     )
     notes += broken
     spaces = compile_spaces(scene.instances, origin) if surfaces.reads_spaces else None
+    attributes: Attributes = {}
+    if triangles is not None and surfaces.attributes:
+        announce("Sorting attributes")
+        attributes = compile_attributes(scene.instances, surfaces.attributes, triangles)
     camera = compile_camera(scene.camera, settings, origin, box)
-    view = compile_view(scene.camera, origin)
+    view, spread = compile_view(scene.camera, origin), _spread(scene.camera)
     if scene.camera.projection == "PERSP" and camera.near == 0:
         view = replace(view, clip=F32(scene.camera.clip_start))
-    place = Place(origin.astype(F32)[:, None], spaces, view, triangles)
+    place = Place(origin.astype(F32)[:, None], spaces, view, triangles, spread, attributes)
     surfaces = replace(surfaces, place=place)
     if surfaces.blurred is not None:
         surfaces = replace(surfaces, blurred=replace(surfaces.blurred, place=place))
@@ -238,7 +246,7 @@ def compile_plan(
     # Light.
     emitters = _compile_emitters(triangles, materials, surfaces)
     lights = compile_lights(lamps, origin, triangles, emitters, emissions)
-    world, world_notes = compile_world(scene.world, place)
+    world, world_notes = compile_world(scene.world, place, library)
     notes += world_notes
     lamps_seen_by = _lamps_seen_by(lamps, lights, surfaces)
     meets = lamps_seen_by
@@ -341,6 +349,13 @@ def _shifts_terminators(triangles: Triangles | None) -> bool:
     return objects is not None and objects.terminator_shading is not None
 
 
+def _spread(camera: Camera) -> tuple[float, float]:
+    """Return how wide a pixel is at the camera [m], and what it gains per metre."""
+    left, right, bottom, top = camera.window
+    size = 0.5 * ((right - left) / camera.width + (top - bottom) / camera.height)
+    return (0.0, size) if camera.projection == "PERSP" else (size, 0.0)
+
+
 def _hits_expected(scene: Scene, settings: Settings) -> float:
     x0, y0, x1, y1 = scene.camera.rectangle()
     first, end = settings.sample_range()
@@ -348,7 +363,7 @@ def _hits_expected(scene: Scene, settings: Settings) -> float:
 
 
 def _compile_surfaces(
-    scene: Scene, settings: Settings, notes: list[Note]
+    scene: Scene, settings: Settings, notes: list[Note], library: Library
 ) -> tuple[list[Material | None], SurfaceTable]:
     """Return the materials that occur, once each, and their surfaces in this order."""
     found = {id(m): m for instance in scene.instances for m in instance.materials or (None,)}
@@ -357,14 +372,14 @@ def _compile_surfaces(
         has_reflective_caustics=settings.caustics_reflective,
         has_refractive_caustics=settings.caustics_refractive,
     )
-    surfaces = [compile_surface(_owner(material), material, rules) for material in materials]
+    surfaces = [compile_surface(_owner(m), m, rules, library) for m in materials]
     for surface in surfaces:
         notes += surface.notes
     table = compile_table(surfaces)
     if settings.blur_glossy > 0 and table.has_specular:
         # A second table, of what paths see that filter glossy blurs.
         rules = replace(rules, is_blurred=True)
-        blurred = [compile_surface(_owner(material), material, rules) for material in materials]
+        blurred = [compile_surface(_owner(m), m, rules, library) for m in materials]
         table = replace(table, blurred=compile_table(blurred))
     return materials, table
 

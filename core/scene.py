@@ -68,7 +68,8 @@ class Material:
     """A named surface shader; `surface=None` is a surface that neither scatters nor emits.
 
     Without `transparent_shadow` light passes no transparent part of it.  emission_sampling: NONE,
-    AUTO, FRONT, BACK or FRONT_BACK, the sides that are sampled where it glows.
+    AUTO, FRONT, BACK or FRONT_BACK, the sides that are sampled where it glows.  displacement: what
+    bends the normals everywhere, as if the surface were displaced.
     """
 
     name: str
@@ -76,9 +77,26 @@ class Material:
     transparent_shadow: bool = True
     emission_sampling: str = "AUTO"
     index: int = 0  # as the user numbers it
+    displacement: Link | None = None
 
 
 UNIT_SPACE = (np.zeros(3), np.ones(3))
+
+# Names of attributes that no user gave: the UV map and the colours that the file renders with, and
+# what custom properties of objects and of the scene begin with
+ACTIVE_UV, ACTIVE_COLOUR = ":uv", ":colour"
+PROPERTIES = {"OBJECT": ":object:", "INSTANCER": ":instancer:", "VIEW_LAYER": ":view layer:"}
+
+
+@dataclass(frozen=True, eq=False)
+class Attribute:
+    """Numbers that a mesh carries, C = 1 to 4 of them, by domain.
+
+    values float32: POINT (V, C), FACE (F, C) or CORNER (F, 3, C).
+    """
+
+    domain: str
+    values: NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +106,7 @@ class Mesh:
     positions (V, 3) float32 or float64 [m]; triangles (F, 3) int32; normals: None where all
     faces are flat, (V, 3) per vertex or (F, 3, 3) per corner, float32, unit; slots: None where
     all triangles use material slot 0, else (F,) int32; texture_space: the middle and the half
-    size (3,) of the box that generated coordinates fill.
+    size (3,) of the box that generated coordinates fill; attributes: by name.
     """
 
     name: str
@@ -97,6 +115,7 @@ class Mesh:
     normals: NDArray[np.float32] | None = None
     slots: NDArray[np.int32] | None = None
     texture_space: tuple[NDArray[np.float64], NDArray[np.float64]] = UNIT_SPACE
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         vertices, faces = len(self.positions), len(self.triangles)
@@ -106,6 +125,13 @@ class Mesh:
             _shape(self, "normals", (faces, 3, 3))
         if self.slots is not None:
             _shape(self, "slots", (faces,))
+        for name, attribute in self.attributes.items():
+            expected = {"POINT": (vertices,), "FACE": (faces,), "CORNER": (faces, 3)}
+            if attribute.values.shape[:-1] != expected[attribute.domain]:
+                raise SceneError(
+                    f"Mesh '{self.name}': attribute '{name}' of the domain {attribute.domain} "
+                    f"has shape {attribute.values.shape}"
+                )
         if faces:
             low, high = int(self.triangles.min()), int(self.triangles.max())
             if low < 0 or high >= vertices:
@@ -155,7 +181,8 @@ class Instance:
 
     Linking: objects belong to one of up to 64 sets of receivers and to one of blockers, 0 unless
     something links them.  What glows lights the sets of `receivers`, a mask, and only the sets
-    of `blockers` cast shadows of its light.
+    of `blockers` cast shadows of its light.  attributes: numbers (1 to 4) that the object has as a
+    whole, by name.
 
     Where smooth: below the cosine `terminator_geometry` shadow rays start from the surface that
     the normals imply; `terminator_shading`, 0 to 2, darkens what light grazes.
@@ -175,6 +202,7 @@ class Instance:
     label: Label = Label()
     terminator_geometry: float = 0.1
     terminator_shading: float = 0.0
+    attributes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         owner = f"Object '{self.name}'"

@@ -236,6 +236,14 @@ def tree(planted: Any, shader: Node, output: str) -> None:
     planted.links.new(_plant(planted, shader, made).outputs[0], end.inputs["Surface"])
 
 
+def displace(thing: Any, displacement: Node) -> None:
+    """Displace what shows an object's first material."""
+    planted = thing.data.materials[0].node_tree
+    end = next(n for n in planted.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+    made = _plant(planted, displacement, {}).outputs[0]
+    planted.links.new(made, end.inputs["Displacement"])
+
+
 def _plant(planted: Any, spec: Node, made: dict[int, Any]) -> Any:
     if id(spec) in made:
         return made[id(spec)]

@@ -15,7 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.scene import Cancelled, Instance, Lamp, Material, Mesh, Note, Scene
+from ...core.shading.attributes import attributes_wanted
+from .attributes import export_properties
 from .geometry import export_mesh
+from .images import Images
 from .labels import read_label
 from .lights import Light, export_world, place_lamp, read_light
 from .materials import export_material
@@ -58,7 +61,7 @@ def export_scene(
         camera=camera,
         instances=tuple(content.instances),
         lamps=tuple(content.lamps),
-        world=export_world(world, notes) if view_layer.use_sky else None,
+        world=export_world(world, notes, content.images) if view_layer.use_sky else None,
         film_transparent=scene.render.film_transparent,
         frame=scene.frame_current,
         notes=tuple(dict.fromkeys(notes)),
@@ -89,7 +92,9 @@ class _Content:
         self.surfaces = view_layer.use_solid
         self.override = view_layer.material_override
         self.notes = notes
-        self.meshes: dict[int, Mesh] = {}
+        self.scene = depsgraph.scene_eval
+        self.images = Images(notes)
+        self.meshes: dict[tuple[int, frozenset[str]], Mesh] = {}
         self.materials: dict[int, Material] = {}
         self.shown: dict[tuple[int, int, int], _Shown | None] = {}
         self.lights: dict[tuple[int, int], Light | None] = {}
@@ -128,7 +133,7 @@ class _Content:
 
     def read_light(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> Light | None:
         """Return what all instances have in common that `parent` makes of a light object."""
-        light = read_light(object, self.notes)
+        light = read_light(object, self.notes, self.images)
         if light is None:
             return None
         flags = read_light_flags(object, parent, self.view_layer, self.links)
@@ -143,13 +148,16 @@ class _Content:
         flags = read_flags(object, parent, self.view_layer, self.links)
         if not flags["seen_by"].mask:
             return None
-        mesh = self.meshes.get(data.as_pointer())
-        if mesh is None:
-            mesh = self.meshes[data.as_pointer()] = _read_mesh(object)
-        if len(mesh.triangles) == 0:
-            return None
         slots = [self.override or slot.material for slot in object.material_slots]
         materials = [self.material(slot) for slot in slots or [self.override]]
+        names = frozenset[str]().union(*map(attributes_wanted, materials))
+        key = data.as_pointer(), names
+        mesh = self.meshes.get(key)
+        if mesh is None:
+            mesh = self.meshes[key] = _read_mesh(object, names)
+        if len(mesh.triangles) == 0:
+            return None
+        flags["attributes"] = export_properties(names, object, parent, self.view_layer, self.scene)
 
         # A face whose slot does not exist shows the last one
         highest = 0 if mesh.slots is None else int(mesh.slots.max())
@@ -159,16 +167,16 @@ class _Content:
     def material(self, material: bpy.types.Material | None) -> Material:
         key = 0 if material is None else material.as_pointer()
         if key not in self.materials:
-            self.materials[key] = export_material(material, self.notes)
+            self.materials[key] = export_material(material, self.notes, self.images)
         return self.materials[key]
 
 
-def _read_mesh(object: bpy.types.Object) -> Mesh:
+def _read_mesh(object: bpy.types.Object, names: frozenset[str]) -> Mesh:
     """Return the mesh of an object; one in edit mode keeps its faces out of `data`."""
     if not object.data.is_editmode:
-        return export_mesh(object.data)
+        return export_mesh(object.data, names)
     try:
-        return export_mesh(object.to_mesh())
+        return export_mesh(object.to_mesh(), names)
     finally:
         object.to_mesh_clear()
 

@@ -7,11 +7,14 @@ are cut here instead by Blender's own rule, from arrays that come in one block; 
 with larger faces read `loop_triangles`.
 """
 
+from collections.abc import Collection
+
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.scene import Mesh
+from .attributes import export_attributes, has_corner_attributes
 
 Corners = NDArray[np.int32]  # (F, 3), indices of face corners
 
@@ -21,8 +24,8 @@ _OTHER = np.array([0, 1, 3, 1, 2, 3], np.int32)
 _CHUNK = 1 << 15  # quads whose arithmetic stays in the caches
 
 
-def export_mesh(mesh: bpy.types.Mesh) -> Mesh:
-    """Return the triangles of an evaluated mesh, in object space [m]."""
+def export_mesh(mesh: bpy.types.Mesh, names: Collection[str] = ()) -> Mesh:
+    """Return the triangles of an evaluated mesh, in object space [m], and attributes by name."""
     if len(mesh.polygons) == 0:
         return Mesh(mesh.name, np.empty((0, 3), np.float32), np.empty((0, 3), np.int32))
     positions = _read(mesh.attributes["position"].data, "vector", np.float32, 3)
@@ -34,7 +37,8 @@ def export_mesh(mesh: bpy.types.Mesh) -> Mesh:
         mesh.calc_loop_triangles()
         faces = _read(mesh.loop_triangle_polygons, "value", np.int32)
         if _are_quads(mesh, faces):
-            triangles, corners = _cut_quads(mesh, positions, corner_vertex)
+            by_corner = mesh.normals_domain == "CORNER" or has_corner_attributes(mesh, names)
+            triangles, corners = _cut_quads(positions, corner_vertex, by_corner)
         else:
             corners = _triangulate(mesh, positions, corner_vertex, faces)
             triangles = corner_vertex.take(corners)
@@ -45,6 +49,7 @@ def export_mesh(mesh: bpy.types.Mesh) -> Mesh:
         normals=_normals(mesh, corners),
         slots=_slots(mesh, faces),
         texture_space=(np.array(mesh.texspace_location), np.array(mesh.texspace_size)),
+        attributes=export_attributes(mesh, names, corners, faces) if names else {},
     )
 
 
@@ -63,15 +68,15 @@ def _are_quads(mesh: bpy.types.Mesh, faces: NDArray[np.int32]) -> bool:
 
 
 def _cut_quads(
-    mesh: bpy.types.Mesh, positions: NDArray[np.float32], corner_vertex: NDArray[np.int32]
+    positions: NDArray[np.float32], corner_vertex: NDArray[np.int32], by_corner: bool
 ) -> tuple[NDArray[np.int32], Corners | None]:
-    """Return the triangles (F, 3) of a mesh of quads and, if normals need them, their corners."""
+    """Return the triangles (F, 3) of a mesh of quads and, if they are needed, their corners."""
     quads = corner_vertex.reshape(-1, 4)
     first = np.arange(0, corner_vertex.size, 4, dtype=np.int32)
     flipped = np.flatnonzero(_is_concave_at_ends(positions, corner_vertex, first))
     triangles = quads.take(_FAN, axis=1)
     triangles[flipped] = quads.take(flipped, axis=0).take(_OTHER, axis=1)
-    if mesh.normals_domain != "CORNER":
+    if not by_corner:
         return triangles.reshape(-1, 3), None
     corners = first[:, None] + _FAN
     corners[flipped] = first.take(flipped)[:, None] + _OTHER

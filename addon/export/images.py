@@ -7,6 +7,7 @@ are in the image's colour space, those of floats scene-linear.
 
 import functools
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -23,6 +24,21 @@ _NOT_HONOURED = {
 }
 
 
+class Images:
+    """The images of one export: each is read once, however many nodes show it."""
+
+    def __init__(self, notes: list[Note]) -> None:
+        self._notes = notes
+        self._known: dict[tuple[int, str], ImageSource] = {}
+
+    def export(self, image: bpy.types.Image, user: bpy.types.ImageUser | None) -> ImageSource:
+        """Return where the pixels of an image come from, as a node with the image user shows it."""
+        key = image.as_pointer(), _path(image, user)
+        if key not in self._known:
+            self._known[key] = export_image(image, user, self._notes)
+        return self._known[key]
+
+
 def export_image(
     image: bpy.types.Image, user: bpy.types.ImageUser | None, notes: list[Note]
 ) -> ImageSource:
@@ -37,12 +53,8 @@ def export_image(
             notes.append(Note(name, "it has no pixels and is shown in magenta"))
     else:
         path = _path(image, user)
-        if image.source == "SEQUENCE":
-            notes.append(Note(name, f"of the sequence only '{Path(path).name}' is shown"))
-        elif image.source == "TILED":
-            notes.append(Note(name, f"of its tiles only '{Path(path).name}' is shown"))
     space = image.colorspace_settings
-    return ImageSource(
+    source = ImageSource(
         name=name,
         path=path,
         pixels=pixels,
@@ -52,6 +64,12 @@ def export_image(
         working_space=working_space(),
         config=configuration(),
     )
+    if image.source != "TILED" or pixels is not None:
+        return source
+    tiles = tuple(
+        (tile.number, replace(source, path=_path(image, user, tile.number))) for tile in image.tiles
+    )
+    return replace(source, tiles=tiles)
 
 
 def _is_only_in_memory(image: bpy.types.Image) -> bool:
@@ -74,11 +92,15 @@ def _pixels(image: bpy.types.Image) -> NDArray[np.uint8] | NDArray[np.float32] |
     return np.rint(values, out=values).astype(np.uint8)
 
 
-def _path(image: bpy.types.Image, user: bpy.types.ImageUser | None) -> str:
-    """Return the absolute path of the file; that of the first tile if there are several."""
-    path = image.filepath_from_user(image_user=user) if user else image.filepath_from_user()
+def _path(image: bpy.types.Image, user: bpy.types.ImageUser | None, tile: int = 1001) -> str:
+    """Return the absolute path of the file, or of one tile if there are several."""
+    if image.source == "TILED":
+        path = image.filepath
+    else:
+        path = image.filepath_from_user(image_user=user) if user else image.filepath_from_user()
     path = bpy.path.abspath(path, library=image.library)
-    return path.replace("<UDIM>", "1001").replace("<UVTILE>", "u1_v1")
+    row, column = divmod(tile - 1001, 10)
+    return path.replace("<UDIM>", str(tile)).replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
 
 
 def working_space() -> str:

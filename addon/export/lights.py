@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from ...core.scene import Colour, Lamp, Node, Note, RayKinds, World
 from ..properties import read_max_bounces
+from .images import Images
 from .materials import active_tree, export_tree
 
 _WHITE = (1.0, 1.0, 1.0)
@@ -37,7 +38,9 @@ class Light(NamedTuple):
     normalize: bool
 
 
-def read_light(object: bpy.types.Object, notes: list[Note]) -> Light | None:
+def read_light(
+    object: bpy.types.Object, notes: list[Note], images: Images | None = None
+) -> Light | None:
     """Return what all instances of a light object have in common; None for a portal.
 
     Who sees it and what it lights depends on what makes the instances, see `visibility`.
@@ -47,7 +50,7 @@ def read_light(object: bpy.types.Object, notes: list[Note]) -> Light | None:
     cycles = getattr(light, "cycles", None)
     if cycles is not None and light.type == "AREA" and cycles.is_portal:
         return None
-    colour, surface = _shader(light, owner, notes)
+    colour, surface = _shader(light, owner, notes, images)
     lamp = Lamp(
         name=object.name,
         kind=light.type,
@@ -117,12 +120,14 @@ def _power(light: bpy.types.Light, shader: Colour) -> Colour:
     return red, green, blue
 
 
-def _shader(light: bpy.types.Light, owner: str, notes: list[Note]) -> tuple[Colour, Node | None]:
+def _shader(
+    light: bpy.types.Light, owner: str, notes: list[Note], images: Images | None
+) -> tuple[Colour, Node | None]:
     """Return what the light's own nodes multiply it with: a constant, and a shader if it varies."""
     tree = active_tree(light)
     if tree is None:
         return _WHITE, None
-    node = export_tree(tree, owner, notes)
+    node = export_tree(tree, owner, notes, images)
     if node is None:
         return (0.0, 0.0, 0.0), None
     colour, strength = node.inputs.get("Color"), node.inputs.get("Strength")
@@ -132,7 +137,9 @@ def _shader(light: bpy.types.Light, owner: str, notes: list[Note]) -> tuple[Colo
     return _WHITE, node
 
 
-def export_world(world: bpy.types.World | None, notes: list[Note]) -> World | None:
+def export_world(
+    world: bpy.types.World | None, notes: list[Note], images: Images | None = None
+) -> World | None:
     """Return the surroundings; None if the scene has no world, which is black."""
     if world is None:
         return None
@@ -142,7 +149,7 @@ def export_world(world: bpy.types.World | None, notes: list[Note]) -> World | No
         inputs = {"Color": tuple(world.color), "Strength": 1.0}
         surface = Node("Background", inputs=inputs)
     else:
-        surface = export_tree(tree, f"World '{world.name}'", notes)
+        surface = export_tree(tree, f"World '{world.name}'", notes, images)
     kinds = getattr(world, "cycles_visibility", None)  # there while the Cycles add-on is enabled
     seen_by = (
         RayKinds(kinds.camera, kinds.diffuse, kinds.glossy, kinds.transmission)

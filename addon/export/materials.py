@@ -17,7 +17,8 @@ import bpy
 
 from ...core.scene import Link, Material, Node, Note, Socket
 from .curves import sample_curves, sample_ramp
-from .images import configuration, export_image, working_space
+from .images import Images, configuration, working_space
+from .mapping import export_mapping
 
 Path = tuple[bpy.types.Node, ...]  # the group nodes that one is inside of
 
@@ -31,7 +32,9 @@ _COLOUR_MAKERS = {"ShaderNodeTexSky", "ShaderNodeBlackbody", "ShaderNodeWaveleng
 _CARRIERS = {"RGBA": ("RGB", "Color"), "VECTOR": ("CombineXYZ", "Vector")}
 
 
-def export_material(material: bpy.types.Material | None, notes: list[Note]) -> Material:
+def export_material(
+    material: bpy.types.Material | None, notes: list[Note], images: Images | None = None
+) -> Material:
     """Return a material as Cycles would see it; an empty slot is its grey default surface."""
     if material is None:
         return DEFAULT_SURFACE
@@ -39,7 +42,11 @@ def export_material(material: bpy.types.Material | None, notes: list[Note]) -> M
     if tree is None:
         colour = tuple(material.diffuse_color[:3])
         return Material(material.name, Node("BsdfDiffuse", inputs={"Color": colour}))
-    surface = export_tree(tree, f"Material '{material.name}'", notes)
+    owner = f"Material '{material.name}'"
+    reader = _Reader(notes, images or Images(notes))
+    surface, displacement = reader.read_output(tree, owner)
+    if displacement is not None and material.displacement_method != "BUMP":
+        notes.append(Note(owner, "its displacement only bends the normals: the mesh stays"))
     cycles = getattr(material, "cycles", None)  # there while the Cycles add-on is enabled
     return Material(
         material.name,
@@ -47,6 +54,7 @@ def export_material(material: bpy.types.Material | None, notes: list[Note]) -> M
         getattr(material, "use_transparent_shadow", True),
         index=material.pass_index,
         emission_sampling=getattr(cycles, "emission_sampling", "AUTO"),
+        displacement=displacement,
     )
 
 
@@ -57,28 +65,40 @@ def active_tree(datablock: bpy.types.ID) -> bpy.types.NodeTree | None:
     return datablock.node_tree if deprecated or datablock.use_nodes else None
 
 
-def export_tree(tree: bpy.types.NodeTree, owner: str, notes: list[Note]) -> Node | None:
+def export_tree(
+    tree: bpy.types.NodeTree, owner: str, notes: list[Note], images: Images | None = None
+) -> Node | None:
     """Return the node that feeds Surface of the tree's active output, or None."""
-    output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
-    if output is None:
-        return None
-    reader = _Reader(notes)
-    for name, what in (("Volume", "volume shader"), ("Displacement", "displacement")):
-        if name in output.inputs and isinstance(reader.read(output.inputs[name], ()), Link):
-            notes.append(Note(owner, f"its {what} is not honoured"))
-    surface = reader.read(output.inputs["Surface"], ())
-    reader.finish()
-    return surface.node if isinstance(surface, Link) else None
+    return _Reader(notes, images or Images(notes)).read_output(tree, owner)[0]
 
 
 class _Reader:
     """Reads one tree; breadth first, so that a long chain of nodes needs no deep recursion."""
 
-    def __init__(self, notes: list[Note]) -> None:
-        self.notes = notes
+    def __init__(self, notes: list[Note], images: Images) -> None:
+        self.notes, self.images = notes, images
         self.nodes: dict[tuple[int, ...], Node] = {}
         self.links: dict[int, dict[int, bpy.types.NodeLink]] = {}
         self.unread: deque[tuple[bpy.types.Node, Path, dict[str, Socket]]] = deque()
+
+    def read_output(self, tree: bpy.types.NodeTree, owner: str) -> tuple[Node | None, Link | None]:
+        """Return what feeds Surface and Displacement of the tree's active output."""
+        output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
+        if output is None:
+            return None, None
+        found = {
+            name: self.read(output.inputs[name], ())
+            for name in ("Surface", "Volume", "Displacement")
+            if name in output.inputs
+        }
+        if isinstance(found.get("Volume"), Link):
+            self.notes.append(Note(owner, "its volume shader is not honoured"))
+        self.finish()
+        surface, displacement = found["Surface"], found.get("Displacement")
+        return (
+            surface.node if isinstance(surface, Link) else None,
+            displacement if isinstance(displacement, Link) else None,
+        )
 
     def finish(self) -> None:
         """Read the inputs of all nodes that were met, until there is no new one."""
@@ -137,7 +157,9 @@ class _Reader:
         if known is None:
             inputs: dict[str, Socket] = {}
             kind = node.bl_idname.removeprefix("ShaderNode")
-            known = Node(kind, node.label or node.name, inputs, dict(_properties(node, self.notes)))
+            known = Node(
+                kind, node.label or node.name, inputs, dict(_properties(node, self.images))
+            )
             self.nodes[key] = known
             self.unread.append((node, path, inputs))
         return known
@@ -190,7 +212,7 @@ def _by_identifier(
     return next((socket for socket in sockets if socket.identifier == identifier), None)
 
 
-def _properties(node: bpy.types.Node, notes: list[Note]) -> Iterator[tuple[str, Any]]:
+def _properties(node: bpy.types.Node, images: Images) -> Iterator[tuple[str, Any]]:
     """Yield the node's own choices, its image, and its value if that sits on an output."""
     for prop in node.bl_rna.properties:
         if prop.identifier not in _COMMON and prop.type in _SIMPLE:
@@ -200,10 +222,11 @@ def _properties(node: bpy.types.Node, notes: list[Note]) -> Iterator[tuple[str, 
                 tuple(value) if getattr(prop, "is_array", False) else value,
             )
     if isinstance(getattr(node, "image_user", None), bpy.types.ImageUser):
-        yield "image", node.image and export_image(node.image, node.image_user, notes)
-    mapping = _texture_mapping(getattr(node, "texture_mapping", None))
-    if mapping is not None:
-        yield "texture_mapping", mapping
+        yield "image", node.image and images.export(node.image, node.image_user)
+    if isinstance(getattr(node, "texture_mapping", None), bpy.types.TexMapping):
+        mapping = export_mapping(node.texture_mapping)
+        if mapping is not None:
+            yield "texture_mapping", mapping
     if node.bl_idname == "ShaderNodeTexVoronoi":
         # Until then cells were hashed as floats.
         yield "is_float", bpy.app.version < (5, 0, 0)
@@ -223,14 +246,3 @@ def _properties(node: bpy.types.Node, notes: list[Note]) -> Iterator[tuple[str, 
     if node.bl_idname in ("ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeNormal"):
         output = node.outputs[0]
         yield output.identifier, _constant(output)
-
-
-def _texture_mapping(mapping: bpy.types.TexMapping | None) -> tuple[Any, ...] | None:
-    """Return a texture's own mapping: kind, axes, location, rotation, scale; None if it is idle."""
-    if mapping is None:
-        return None
-    axes = mapping.mapping_x, mapping.mapping_y, mapping.mapping_z
-    numbers = tuple(mapping.translation), tuple(mapping.rotation), tuple(mapping.scale)
-    if axes == ("X", "Y", "Z") and numbers == ((0, 0, 0), (0, 0, 0), (1, 1, 1)):
-        return None
-    return mapping.vector_type, axes, *numbers

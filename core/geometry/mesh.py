@@ -40,7 +40,8 @@ class Triangles:
     hits read, None where so few hits are expected that it is made for each of them.
 
     part (F,) counts into `traits`, None if all triangles have the first of them; objects are the
-    flags of the instances; is_numbered: hits are told their instance.
+    flags of the instances; is_numbered: hits are told their instance; is_mapped: where on the
+    triangle they are.
     """
 
     vertices: NDArray[np.float32]
@@ -54,6 +55,7 @@ class Triangles:
     traits: tuple[Traits, ...] = (PLAIN,)
     part: NDArray[np.uint16] | None = None
     is_numbered: bool = False
+    is_mapped: bool = False
 
     @property
     def count(self) -> int:
@@ -72,6 +74,16 @@ class Triangles:
         rows = _planes(self.vertices, self.corners.take(triangle, axis=0))
         rows.view(np.int32)[:, MATERIAL:] = self.ids.take(triangle, axis=0)
         return np.ascontiguousarray(rows.T)
+
+    def barycentric(self, triangle: Ids, way: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return how u and v (2, N) grow along ways (3, N) in the planes of triangles (N,)."""
+        corners = self.corners.take(triangle, axis=0).T
+        a, b, c = (self.vertices.take(corner, axis=0).T for corner in corners)
+        b, c = b - a, c - a
+        bb, bc, cc = (b * b).sum(0), (b * c).sum(0), (c * c).sum(0)
+        wb, wc = (way * b).sum(0), (way * c).sum(0)
+        area = np.maximum(bb * cc - bc * bc, F32(1e-30))
+        return np.stack([(cc * wb - bc * wc) / area, (bb * wc - bc * wb) / area])
 
     def corner_normals(self, triangle: Ids) -> NDArray[np.float32]:
         """Return the three corner normals (9, N) of smooth triangles (N,)."""
@@ -129,12 +141,14 @@ def compile_triangles(
     transparent: Collection[int] = (),
     links_shadows: bool = False,
     is_numbered: bool = False,
+    is_mapped: bool = False,
 ) -> tuple[Triangles | None, list[Note]]:
     """Flatten instances into one table about `origin` (3,) [m].
 
     `materials` maps id(material) to its number, with None's under id(None); `transparent` are
     the numbers of those that shadow rays may pass.  Blockers are told apart if `links_shadows`,
-    hits are told their instance if `is_numbered` or an object's flags ask for it.  Triangles
+    hits are told their instance if `is_numbered` or an object's flags ask for it, and where on the
+    triangle they are if `is_mapped`.  Triangles
     with a vertex that is not finite are left out and noted; so are, silently, those without
     area.  Tables are made in advance where more hits are expected than there are triangles.
     Raises: Cancelled; SceneError if the table would need more than `memory_limit` bytes.
@@ -143,7 +157,7 @@ def compile_triangles(
     clean: dict[int, Mesh] = {}
     for instance in instances:
         if id(instance.mesh) not in clean:
-            clean[id(instance.mesh)] = _without_broken(instance.mesh, notes)
+            clean[id(instance.mesh)] = without_broken(instance.mesh, notes)
     used = [(i, clean[id(i.mesh)]) for i in instances if i.seen_by.mask]
     used = [(instance, mesh) for instance, mesh in used if len(mesh.triangles)]
     _check_memory(used, memory_limit)
@@ -191,7 +205,7 @@ def compile_triangles(
     traits, part = sort_into_parts(objects, ids[:, 2], ids[:, 0], transparent, links_shadows)
     is_numbered = is_numbered or objects.matter_to_hits
     own = vertices, corners, ids, vertex_normals, normals, None, None
-    triangles = Triangles(*own, objects, traits, part, is_numbered)
+    triangles = Triangles(*own, objects, traits, part, is_numbered, is_mapped)
     if count > hits_expected:
         return triangles, notes
     return _with_tables(triangles, should_stop), notes
@@ -236,7 +250,8 @@ def _extent(positions: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.stack([few.min(axis=0), few.max(axis=0)])
 
 
-def _without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
+def without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
+    """Return a mesh without the triangles that have a vertex which is not finite, and note it."""
     # min and max pass NaN and infinity on, so two reductions tell a sound mesh.
     if not len(mesh.triangles) or np.isfinite(_extent(mesh.positions)).all():
         return mesh
@@ -253,12 +268,19 @@ def _without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
             )
         )
     per_corner = mesh.normals is not None and mesh.normals.ndim == 3
-    return Mesh(
-        name=mesh.name,
+    kept = {
+        name: attribute
+        if attribute.domain == "POINT"
+        else replace(attribute, values=attribute.values[keep])
+        for name, attribute in mesh.attributes.items()
+    }
+    return replace(
+        mesh,
         positions=np.where(sound[:, None], mesh.positions, 0),
         triangles=mesh.triangles[keep],
         normals=mesh.normals[keep] if per_corner and mesh.normals is not None else mesh.normals,
         slots=None if mesh.slots is None else mesh.slots[keep],
+        attributes=kept,
     )
 
 

@@ -26,9 +26,9 @@ class Points:
     shading normal (3, N), unit, turned to the viewer's side of the surface (the same array
     where nothing is smooth); back (N,) bool: seen from behind; offset (N,) [m]: how far along
     the geometric normal rays must start; triangle and material (N,) int32; distance (N,) [m]
-    that the rays came.  smooth (N,) bool and the barycentrics u, v (N,) are None where nothing
-    in the scene is smooth; instance (N,) int32, the object hit, and place (N,) int32, by which
-    lights are chosen there, are None where nothing asks.
+    that the rays came.  smooth (N,) bool is None where nothing in the scene is smooth, the
+    barycentrics u, v (N,) where nothing is smooth or carries attributes; instance (N,) int32, the
+    object hit, and place (N,) int32, by which lights are chosen there, are None where nothing asks.
     """
 
     position: Vec
@@ -116,6 +116,9 @@ def resolve(
     geometric = geometric * side
 
     check("surface", position=position, geometric=geometric)
+    u, v = (hits.u, hits.v) if triangles.is_mapped or not triangles.is_flat else (None, None)
+    if found is not None:
+        u, v = take(u, found), take(v, found)
     flat = Points(
         position,
         direction,
@@ -126,23 +129,22 @@ def resolve(
         triangle,
         ids[MATERIAL],
         t,
+        u=u,
+        v=v,
         instance=ids[INSTANCE] if triangles.is_numbered else None,
     )
-    return flat if triangles.is_flat else _smooth(triangles, flat, ids[SMOOTH], side, hits, found)
+    return flat if triangles.is_flat else _smooth(triangles, flat, ids[SMOOTH], side)
 
 
-def _smooth(
-    triangles: Triangles, flat: Points, kind: Ids, side: Scalar, hits: Hits, found: Index | None
-) -> Points:
+def _smooth(triangles: Triangles, flat: Points, kind: Ids, side: Scalar) -> Points:
     """Return the points with their shading normals interpolated between corners."""
     smooth = kind != FLAT
     index = np.flatnonzero(smooth)
     if not index.size:
         return flat
     everywhere = index.size == smooth.size
-    u, v = hits.u, hits.v
-    if found is not None:
-        u, v = u.take(found), v.take(found)
+    u, v = flat.u, flat.v
+    assert u is not None and v is not None
     some_u, some_v = (u, v) if everywhere else (u.take(index), v.take(index))
     corner = triangles.corner_normals(flat.triangle if everywhere else flat.triangle.take(index))
     normal = corner[:3] * (F32(1) - some_u - some_v)
@@ -160,4 +162,4 @@ def _smooth(
         normal = flat.geometric.copy()
         normal[:, index] = partly
     check("surface", normal=normal)
-    return replace(flat, normal=normal, smooth=smooth, u=u, v=v)
+    return replace(flat, normal=normal, smooth=smooth)

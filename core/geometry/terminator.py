@@ -75,6 +75,28 @@ def shift(triangles: Triangles, instance: Ids | None, normal: Vec, direction: Ve
     return np.where((cosine >= 0) & (speed > 1), fallen, F32(1))
 
 
+def bump_shadow(smooth: Vec, normal: Vec, wi: Vec, is_diffuse: bool, is_sampled: bool) -> Scalar:
+    """Return what closures with normals (3, N) of their own keep of light from unit wi (3, N).
+
+    smooth (3, N): the shading normals; is_sampled: the direction was chosen by the closure.
+    Nothing comes from behind the smooth surface; matte ones fade before they get there.
+    Source: Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing Function to Solve
+    the Bump Terminator Problem", Ray Tracing Gems, chapter 12.
+    """
+    one = F32(1)
+    towards, apart = dot(smooth, wi), dot(smooth, normal)
+    kept = np.ones_like(towards)
+    if is_diffuse or not is_sampled:
+        kept[towards * apart * dot(normal, wi) < 0] = 0
+    if is_diffuse:
+        cosine, tilt = np.minimum(np.abs(towards), one), np.minimum(np.abs(apart), one)
+        tan_tilt = one / np.maximum(tilt * tilt, F32(1e-12)) - one
+        alpha = np.minimum(F32(0.125) * tan_tilt, one)
+        squared = np.maximum(cosine * cosine, F32(1e-12))
+        kept *= F32(2) / (one + np.sqrt(one + alpha * (one / squared - one)))
+    return kept
+
+
 def _lift(triangles: Triangles, points: Points, index: Index) -> Vec:
     """Return the way (3, n) from the triangles up to the surface their normals imply."""
     assert points.u is not None and points.v is not None

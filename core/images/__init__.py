@@ -29,6 +29,7 @@ class ImageSource:
     is_data: bool = False  # numbers, not colours: never converted
     alpha_mode: str = "STRAIGHT"
     working_space: str = "Linear Rec.709"  # the scene-linear space
+    tiles: tuple[tuple[int, "ImageSource"], ...] = ()  # UDIM: instead of a picture of its own
     config: str = ""  # OpenColorIO's configuration file; only spaces that are not built in need it
 
     def __post_init__(self) -> None:
@@ -75,6 +76,13 @@ def make_image(pixels: NDArray[Any], is_srgb: bool = False, can_unassociate: boo
         has_alpha=bool((pixels[:, :, 3] != one).any()),
         can_unassociate=can_unassociate,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Tiles:
+    """Images on the unit squares of a UV map, each with its number: 1001 + column + 10 row."""
+
+    images: tuple[tuple[int, Image], ...]
 
 
 # What cannot be read, as Blender shows it

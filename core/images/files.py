@@ -14,14 +14,20 @@ from numpy.typing import NDArray
 
 from ..arrays import F32
 from ..scene import Note
-from . import MAGENTA, Image, ImageSource, make_image
+from . import MAGENTA, Image, ImageSource, Tiles, make_image
 from .lookup import decode_srgb
 
 REC709 = "Linear Rec.709"
 
 
-def load_image(source: ImageSource, notes: list[Note]) -> Image:
+def load_image(source: ImageSource, notes: list[Note]) -> Image | Tiles:
     """Return the image of a source; magenta, and a note that names it, if it cannot be read."""
+    if source.tiles:
+        return Tiles(tuple((number, _load(tile, notes)) for number, tile in source.tiles))
+    return _load(source, notes)
+
+
+def _load(source: ImageSource, notes: list[Note]) -> Image:
     if source.pixels is not None:
         pixels = source.pixels
     elif not source.path:

@@ -47,4 +47,22 @@ def mirror_ball(direction: Vec) -> tuple[Scalar, Scalar]:
     return x * scale + F32(0.5), z * scale + F32(0.5)
 
 
+def sphere(direction: Vec) -> tuple[Scalar, Scalar]:
+    """Return u, v (N,) of directions (3, N) on a globe whose north is +z; 0 for a zero vector."""
+    x, y, z = direction
+    length = np.sqrt(x * x + y * y + z * z)
+    is_there = length > 0
+    cosine = np.clip(z / np.where(is_there, length, F32(1)), F32(-1), F32(1))
+    u = np.where((x == 0) & (y == 0), F32(0), F32(0.5) - np.arctan2(x, y) * _INV_TWO_PI)
+    return u * is_there, (F32(1) - np.arccos(cosine) * _INV_PI) * is_there
+
+
+def tube(direction: Vec) -> tuple[Scalar, Scalar]:
+    """Return u, v (N,) of places (3, N) around the z axis, from -1 to 1; 0 on the axis."""
+    x, y, z = direction
+    is_there = (x * x + y * y) > 0
+    u = (F32(1) - np.arctan2(x, y) * _INV_PI) * F32(0.5)
+    return u * is_there, (z + F32(1)) * F32(0.5) * is_there
+
+
 PROJECTIONS = {"EQUIRECTANGULAR": equirectangular, "MIRROR_BALL": mirror_ball}

@@ -2,6 +2,7 @@
 
 from .closures import LobeAt, Shaded, SurfaceTable, choose, columns, compile_table
 from .context import Arrival, Place
+from .graph import Library
 from .lamps import LampShaders, fold_lamps
 from .rules import Rules
 from .surface import Surface
@@ -11,6 +12,7 @@ from .world import WorldShader, compile_world
 __all__ = [
     "Arrival",
     "LampShaders",
+    "Library",
     "LobeAt",
     "Place",
     "Rules",

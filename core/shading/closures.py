@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Index, Scalar, Vec, dot, frame, normalize
+from ..arrays import F32, Ids, Index, Scalar, Vec, dot, frame, normalize, take
 from ..bsdf import DIFFUSE, GLOSSY, REGISTRY
+from ..geometry.attributes import Asked
 from ..geometry.surface import Points
+from .attributes import asked_by
 from .context import NOWHERE, Arrival, Context, Place
+from .normals import reader
 from .program import Program, merge, structure
 from .spaces import READS_SPACES
 from .surface import Lobe, Surface
@@ -84,7 +87,8 @@ class Frame:
 class LobeAt:
     """One closure at n points: weight (3, n) or (3, 1), parameters (rows, n) or (rows, 1).
 
-    share (n,) or (1,) is the probability with which it is chosen to go on, None is 1.
+    share (n,) or (1,) is the probability with which it is chosen to go on, None is 1; smooth (3, n)
+    are the shading normals of the points if the closure has its own, else None.
     """
 
     module: Any
@@ -92,6 +96,7 @@ class LobeAt:
     parameters: tuple[Array, ...]
     frame: Frame
     share: Scalar | None = None
+    smooth: Vec | None = None
 
     def take(self, index: Index) -> "LobeAt":
         """Return the closure at the points of `index`."""
@@ -101,6 +106,7 @@ class LobeAt:
             tuple(columns(parameter, index) for parameter in self.parameters),
             self.frame.take(index),
             None if self.share is None else columns(self.share, index),
+            take(self.smooth, index),
         )
 
 
@@ -132,6 +138,8 @@ class Recipe:
     transparency_order: tuple[Value, ...]
     holdout: Value | None
     holdout_order: tuple[Value, ...]
+    bent: Value | None
+    bent_order: tuple[Value, ...]
 
     def shade(
         self, context: Context, column: Ids | None, throughput: Vec | None, is_chosen: bool
@@ -162,7 +170,8 @@ class Recipe:
                 weight = weight * context.of(throughput)
             parameters = tuple(known[id(parameter)] for parameter in lobe.parameters)
             share = known[id(lobe.importance)] if is_chosen and len(self.lobes) > 1 else None
-            lobes.append(LobeAt(module, weight, parameters, frames[key], share))
+            smooth = None if lobe.normal is None else context.normal
+            lobes.append(LobeAt(module, weight, parameters, frames[key], share, smooth))
         return Shaded(context.index, context.size, tuple(_normalized(lobes)))
 
 
@@ -191,8 +200,8 @@ class SurfaceTable:
     """The surfaces of M materials, as recipes; program and column (M,) int32 of each of them.
 
     glows, is_transparent (M,) bool; plain_transparency and plain_emission (3, M) are these, None
-    if any depends on the point; reads_spaces: of objects, which
-    `place` must then have.  `blurred` are the same surfaces as paths see them that filter
+    if any depends on the point; reads_spaces: of objects, which `place` must then have, as it must
+    the `attributes` of meshes.  `blurred` are the same surfaces as paths see them that filter
     glossy blurs, None where it changes nothing.
     """
 
@@ -206,6 +215,7 @@ class SurfaceTable:
     has_holdout: bool
     modules: tuple[Any, ...]
     reads_spaces: bool
+    attributes: frozenset[Asked] = frozenset()
     place: Place = NOWHERE
     blurred: "SurfaceTable | None" = None
 
@@ -215,9 +225,29 @@ class SurfaceTable:
         return any(module.RAY_KIND == GLOSSY for module in self.modules)
 
     @property
+    def bends_normals(self) -> bool:
+        """Whether any closure has a normal that is not that of the mesh."""
+        return any(
+            recipe.bent is not None or any(lobe.normal is not None for lobe in recipe.lobes)
+            for recipe in self.recipes
+        )
+
+    @property
     def lights_both_sides(self) -> bool:
         """Whether light from behind any surface may reach the viewer."""
         return any(module.TRANSMITS and not module.IS_DELTA for module in self.modules)
+
+    def bend(self, points: Points, arrival: Arrival) -> Points:
+        """Return the points with the shading normals that displaced materials have."""
+        if all(recipe.bent is None for recipe in self.recipes):
+            return points
+        normal = points.normal.copy()
+        for recipe, index, column in self._split(points.material, None):
+            if recipe.bent is not None:
+                context = Context(points, arrival, index, self.place)
+                (bent,) = recipe.program.run((recipe.bent,), recipe.bent_order, context, column)
+                normal[:, slice(None) if index is None else index] = bent
+        return replace(points, normal=normal)
 
     def shade(
         self,
@@ -368,7 +398,8 @@ def compile_table(surfaces: Sequence[Surface]) -> SurfaceTable:
         _plain([surface.emission for surface in surfaces]),
         any(surface.holdout is not None for surface in surfaces),
         tuple(REGISTRY[name] for name in names),
-        any(item.function in READS_SPACES for recipe in recipes for item in recipe.program.order),
+        any(reader(item)[0] in READS_SPACES for recipe in recipes for item in recipe.program.order),
+        frozenset(asked for recipe in recipes for asked in asked_by(recipe.program.order)),
     )
 
 
@@ -406,4 +437,6 @@ def _recipe(members: list[Surface]) -> Recipe:
         order(first.transparency),
         first.holdout,
         order(first.holdout),
+        first.bent,
+        order(first.bent),
     )

@@ -5,15 +5,16 @@ none.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Index, Scalar, Vec, dot, normalize, take
+from ..arrays import F32, Ids, Index, Scalar, Vec, cross, dot, normalize, take
 from ..bsdf.kinds import CAMERA, DIFFUSE
+from ..geometry.attributes import Asked, Attributes
 from ..geometry.mesh import Triangles
 from ..geometry.silhouette import bent_normals
 from ..geometry.spaces import Spaces
@@ -56,13 +57,17 @@ class Arrival:
 class Place:
     """Where things are: origin (3, 1), of the local one in the world [m], and objects' spaces.
 
-    `spaces` are None where no shader reads them, triangles where there are none.
+    `spaces` are None where no shader reads them, triangles where there are none; spread: how wide
+    a pixel is at the camera [m], and what it gains per metre; attributes: what meshes carry, as
+    far as asked.
     """
 
     origin: Vec
     spaces: Spaces | None = None
     view: View | None = None
     triangles: Triangles | None = None
+    spread: tuple[float, float] = (0.0, 1e-3)
+    attributes: Attributes = field(default_factory=dict)
 
 
 NOWHERE = Place(np.zeros((3, 1), F32))
@@ -78,6 +83,8 @@ class Context:
     ) -> None:
         self.points, self.arrival, self.index = points, arrival, index
         self.place = place
+        self._attributes: dict[Asked, Vec | None] = {}
+        self._beside: dict[tuple[int, np.float32], Context] = {}
 
     @property
     def size(self) -> int:
@@ -184,6 +191,50 @@ class Context:
         where += F32(0.5)
         return where
 
+    def attribute(self, asked: Asked) -> Vec | None:
+        """Return numbers (C, n) that the meshes carry, None if these points are on no mesh."""
+        if asked not in self._attributes:
+            table, points = self.place.attributes.get(asked), self.points
+            found = None
+            if table is not None and points.u is not None and points.instance is not None:
+                parts = points.triangle, points.instance, points.u, points.v
+                found = table.at(*(self.of(part) for part in parts))
+            self._attributes[asked] = found
+        return self._attributes[asked]
+
+    @cached_property
+    def pixel(self) -> Scalar:
+        """How wide (n,) a pixel is here [m]."""
+        wide, wider = self.place.spread
+        return np.maximum(F32(wide) + F32(wider) * self.travelled, F32(1e-7))
+
+    @cached_property
+    def sideways(self) -> tuple[Vec, Vec]:
+        """Two unit vectors (3, n) along the triangles, Blender's choice."""
+        x, y, z = self.geometric
+        first = np.stack([z - y, x - z, y - x])
+        even = np.flatnonzero((x == y) & (x == z))
+        if even.size:
+            first[:, even] = np.stack([z - y, x + z, -y - x])[:, even]
+        normalize(first)
+        return first, cross(self.geometric, first)
+
+    def beside(self, axis: int, width: np.float32) -> "Context":
+        """Return the context so many pixels beside, along an axis (0, 1) of the triangles."""
+        key = axis, width
+        if key not in self._beside:
+            points = self.points if self.index is None else self.points.take(self.index)
+            way = self.sideways[axis] * (self.pixel * width)
+            u, v = points.u, points.v
+            if u is not None and v is not None and self.place.triangles is not None:
+                # Seen from behind, Cycles takes what is interpolated from the other side.
+                back = np.where(points.back, np.negative(way), way)
+                du, dv = self.place.triangles.barycentric(points.triangle, back)
+                u, v = u + du, v + dv
+            moved = replace(points, position=points.position + way, u=u, v=v)
+            self._beside[key] = Context(moved, self.arrival, None, self.place)
+        return self._beside[key]
+
     def around(self, axis: int) -> Vec:
         """Return the way (3, n) around an axis of the objects that were hit, of any length.
 
@@ -221,11 +272,15 @@ class Context:
         return mirrored
 
     @cached_property
+    def travelled(self) -> Scalar:
+        """How far (n,) the rays came from where they were scattered last, or the camera [m]."""
+        way: Scalar = self.of(self.points.distance)
+        return way if self.arrival.length is None else way + self.of(self.arrival.length)
+
+    @cached_property
     def length(self) -> Scalar:
-        """How far (n,) the rays came from where they were scattered last [m]."""
-        length: Scalar = self.of(self.points.distance)
-        if self.arrival.length is not None:
-            length = length + self.of(self.arrival.length)
+        """The same (n,), but from where rays count as begun [m]."""
+        length: Scalar = self.travelled
         view = self.place.view
         if view is not None and view.clip > 0:
             along = np.maximum(dot(view.axes[2][:, None], np.negative(self.wo)), F32(1e-6))

@@ -4,10 +4,11 @@ Each kind of node is a function of `nodes.NODES` that makes values out of the no
 is not there yet is written down by name and replaced by the socket's own value: never silently.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
 from typing import Any
 
-from ..scene import Colour, Link, Node, Note, Socket
+from ..scene import Colour, Link, Material, Node, Note, Socket
 from .sky.disc import Disc
 from .values import COLOUR, FLOAT, VECTOR, Value, constant, grey, value, widened
 
@@ -31,13 +32,17 @@ class Library:
 class Graph:
     """Makes values of node sockets; `notes` are what it could not honour.
 
-    A node's output is made once, however many sockets it feeds.  material_index is the number
-    that the user gave the material.  discs: of suns in the sky;
+    A node's output is made once, however many sockets it feeds.  root: the shader that all belongs
+    to; material_index: the number that the user gave the material; discs: of suns in the sky;
     finest: width and height of the largest picture of the surroundings.
     """
 
     def __init__(
-        self, owner: str, table: Mapping[str, NodeFunction], library: Library | None = None
+        self,
+        owner: str,
+        table: Mapping[str, NodeFunction],
+        library: Library | None = None,
+        root: Node | None = None,
     ) -> None:
         self.owner = owner
         self.library = library or Library()
@@ -46,7 +51,9 @@ class Graph:
         self.finest = (0, 0)
         self.material_index = 0
         self._table = table
+        self._root = root
         self._known: dict[tuple[int, str], Value | None] = {}
+        self._shared: dict[int, Value] = {}
 
     def note(self, what: str) -> None:
         """Write down, once, what the picture does not honour."""
@@ -85,9 +92,20 @@ class Graph:
         """Whether something feeds an input."""
         return isinstance(node.inputs.get(socket), Link)
 
-    def note_input(self, node: Node, socket: str) -> None:
-        """Note that what feeds an input does nothing yet."""
-        self.note(f"{title(node)}: what feeds {socket} is not honoured")
+    @cached_property
+    def _used(self) -> frozenset[tuple[int, str]]:
+        """Outputs that feed anything, each with the id of its node."""
+        return frozenset((id(link.node), link.output) for link in links_below(self._root))
+
+    def is_used(self, node: Node, output: str) -> bool:
+        """Whether an output feeds anything."""
+        return (id(node), output) in self._used
+
+    def share(self, node: Node, make: Callable[[], Value]) -> Value:
+        """Return what several outputs of a node are picked from, made once."""
+        if id(node) not in self._shared:
+            self._shared[id(node)] = make()
+        return self._shared[id(node)]
 
     def choice(self, node: Node, name: str, default: Any) -> Any:
         """Return one of the node's own choices."""
@@ -132,6 +150,29 @@ class Graph:
             self._known[id(node), output] = made
             stack.pop()
         return self._known[id(link.node), link.output]
+
+
+def links_below(root: Node | None) -> Iterator[Link]:
+    """Yield all links below a node."""
+    seen: set[int] = set()
+    stack = [] if root is None else [root]
+    while stack:
+        node = stack.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        for found in node.inputs.values():
+            if isinstance(found, Link):
+                yield found
+                stack.append(found.node)
+
+
+def output_of(material: Material) -> Node:
+    """Return a node that is fed by all that a material consists of."""
+    inputs: dict[str, Socket] = {"Displacement": material.displacement}
+    if material.surface is not None:
+        inputs["Surface"] = Link(material.surface, "Surface")
+    return Node("Output", material.name, inputs)
 
 
 def title(node: Node) -> str:

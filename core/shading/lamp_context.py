@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, INV_PI, Index, Scalar, Vec, dot, normalize
-from ..scene import Lamp
-from .context import NEVER, Arrival, Context
+from ..geometry.attributes import VECTOR, Asked
+from ..scene import ACTIVE_UV, Lamp
+from .context import NEVER, NOWHERE, Arrival, Context
 
 # How lamps face the rays that meet them: as what always faces the ray, a ball, or a plane
 DISK, BALL, PLANE = 0, 1, 2
@@ -57,11 +58,11 @@ class LampContext(Context):
         index: Index | None,
         origin: Vec,
     ) -> None:
-        self.arrival, self.index = arrival, index
+        self.arrival, self.index, self.place = arrival, index, NOWHERE
         self._rows, self._facing, self._kind = rows, facing, kind
         self._where, self.direction, self._origin = where, direction, origin
         self.wo = np.negative(direction)
-        self.length = np.full(1, NEVER) if kind == "SUN" else length
+        self.length = self.travelled = np.full(1, NEVER) if kind == "SUN" else length
 
     @property
     def size(self) -> int:
@@ -105,6 +106,14 @@ class LampContext(Context):
         """The same: nothing is mirrored."""
         return self.normal
 
+    def attribute(self, asked: Asked) -> Vec | None:
+        """Return what lamps have for a UV map (3, n); they carry nothing else."""
+        return self.parametric if asked == (ACTIVE_UV, VECTOR) else None
+
+    def beside(self, axis: int, width: np.float32) -> Context:
+        """Return the same: nothing of a lamp has a slope."""
+        return self
+
     @cached_property
     def in_object(self) -> Vec:
         """Places (3, n) in the lamp's own space."""
@@ -115,9 +124,7 @@ class LampContext(Context):
     @cached_property
     def normal_in_object(self) -> Vec:
         """Normals (3, n) in the lamp's own space."""
-        m, n = self._rows[TO_WORLD : TO_WORLD + 9], self.normal
-        columns = (m[k] * n[0] + m[k + 3] * n[1] + m[k + 6] * n[2] for k in range(3))
-        return normalize(np.stack(list(columns)))
+        return self.into_object(self.normal, "NORMAL")
 
     @cached_property
     def parametric(self) -> Vec:
@@ -143,8 +150,31 @@ class LampContext(Context):
             u, v = x * scale + F32(0.5), y * scale + F32(0.5)
         return np.stack(np.broadcast_arrays(u, v, np.zeros(1, F32)))
 
+    def into_object(self, vector: Vec, kind: str) -> Vec:
+        """Return a POINT, VECTOR or NORMAL (3, n) or (3, 1) of the world in the lamps' spaces."""
+        if kind == "NORMAL":
+            return normalize(_turned(self._rows[TO_WORLD : TO_WORLD + 9], vector, (1, 3)))
+        if kind == "VECTOR":
+            return self._to_local(vector)
+        return self._to_local(vector - self._origin) + self._rows[TO_LOCAL + 9 : TO_LOCAL + 12]
+
+    def out_of_object(self, vector: Vec, kind: str) -> Vec:
+        """Return a POINT, VECTOR or NORMAL (3, n) or (3, 1) of the lamps' spaces in the world."""
+        if kind == "NORMAL":
+            return normalize(_turned(self._rows[TO_LOCAL : TO_LOCAL + 9], vector, (1, 3)))
+        turned = _turned(self._rows[TO_WORLD : TO_WORLD + 9], vector, (3, 1))
+        if kind == "VECTOR":
+            return turned
+        return turned + self._rows[CENTRE : CENTRE + 3] + self._origin
+
     def _to_local(self, vector: Vec) -> Vec:
         """Return directions (3, n) of the world in the lamp's own space."""
-        m = self._rows[TO_LOCAL : TO_LOCAL + 9]
-        rows = (m[k] * vector[0] + m[k + 1] * vector[1] + m[k + 2] * vector[2] for k in (0, 3, 6))
-        return np.stack(list(rows))
+        return _turned(self._rows[TO_LOCAL : TO_LOCAL + 9], vector, (3, 1))
+
+
+def _turned(m: NDArray[np.float32], vector: Vec, steps: tuple[int, int]) -> Vec:
+    """Return vectors times matrices (9, n), whose rows and columns are so many steps apart."""
+    down, along = steps
+    x, y, z = vector
+    starts = (row * down for row in range(3))
+    return np.stack([m[k] * x + m[k + along] * y + m[k + 2 * along] * z for k in starts])

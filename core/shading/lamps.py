@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..arrays import F32, Ids, Index, Scalar, Vec
 from ..scene import Lamp, Note
 from .context import Arrival
+from .graph import Library
 from .lamp_context import LampContext, compile_row
 from .nodes import LAMP_NODES
 from .program import Program, merge, structure
@@ -122,7 +123,9 @@ def _all_around() -> Vec:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z]).astype(F32)
 
 
-def fold_lamps(lamps: Sequence[Lamp]) -> tuple[tuple[Lamp, ...], dict[int, Value], list[Note]]:
+def fold_lamps(
+    lamps: Sequence[Lamp], library: Library | None = None
+) -> tuple[tuple[Lamp, ...], dict[int, Value], list[Note]]:
     """Return lamps without constant shaders, what the others emit by id(surface), and notes.
 
     Lamps whose shader is black are left out.
@@ -137,7 +140,7 @@ def fold_lamps(lamps: Sequence[Lamp]) -> tuple[tuple[Lamp, ...], dict[int, Value
         key = id(lamp.surface)
         if key not in values:
             owner = f"Light '{lamp.name}'"
-            surface = compile_shader(owner, lamp.surface, Rules(), LAMP_NODES)
+            surface = compile_shader(owner, lamp.surface, Rules(), library, LAMP_NODES)
             values[key] = surface.emission
             notes += surface.notes
         value = values[key]

@@ -1,5 +1,6 @@
 """program steps -> verdict.  Which of them read the objects that were hit."""
 
+from .attributes import along_u, framed
 from .nodes.coordinates import (
     generated,
     instancer_fact,
@@ -8,17 +9,24 @@ from .nodes.coordinates import (
     out_of_object,
 )
 from .nodes.hit import radial_tangent
+from .nodes.image import boxed
+from .nodes.normals import displaced_in_object, mapped_in_object
 from .nodes.objects import fact
 from .nodes.triangle import parametric
 from .tangents import around_z
 
 READS_SPACES = frozenset(
     {
+        along_u,
         around_z,
+        boxed,
+        displaced_in_object,
         fact,
+        framed,
         generated,
         instancer_fact,
         into_object,
+        mapped_in_object,
         object_position,
         out_of_object,
         parametric,

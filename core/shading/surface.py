@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 from ..bsdf import REGISTRY
 from ..scene import Link, Node, Note
 from .graph import Graph
+from .inputs import NORMAL
+from .normals import unit_normal
 from .rules import Rules
-from .values import COLOUR, Number, Value, average, grey, value, widened
+from .values import COLOUR, VECTOR, Number, Value, average, grey, read, value, widened
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,7 @@ class Surface:
     """The lobes of a material, its emitted radiance [W/(sr m2)], what passes, what is held out.
 
     Constants that are black are left out (None).  weights: of shader nodes, by id, as they flow
-    down from the output.
+    down from the output.  bent: the shading normal where the material displaces it.
     """
 
     graph: Graph
@@ -44,6 +46,7 @@ class Surface:
     transparency: Value | None = None
     holdout: Value | None = None
     weights: dict[int, Value] = field(default_factory=dict)
+    bent: Value | None = None
 
     @property
     def notes(self) -> list[Note]:
@@ -73,10 +76,14 @@ class Surface:
         share = average(weight) if importance is None else average(weight * importance)
         self.lobes.append(Lobe(closure, widened(weight, COLOUR), made, share, normal, tangent))
 
-    def note_normal(self, node: Node, socket: str = "Normal") -> None:
-        """Note a normal of the node's own, which is not honoured yet."""
-        if self.graph.is_linked(node, socket):
-            self.graph.note_input(node, socket)
+    def normal_of(self, node: Node, socket: str = "Normal") -> Value | None:
+        """Return a node's own unit normal, None if it is the shading normal."""
+        if not self.graph.is_linked(node, socket):
+            return None
+        found = self.graph.vector(node, socket)
+        if found is None or found is NORMAL:
+            return None
+        return read(unit_normal, found, kind=VECTOR)
 
     def emit(self, radiance: Value) -> None:
         """Add emitted radiance."""
@@ -116,4 +123,4 @@ class Surface:
                 lobe.weight, *lobe.parameters, lobe.importance, lobe.normal, lobe.tangent
             )
         )  # fmt: skip
-        return (*lobes, self.emission, self.transparency, self.holdout)
+        return (*lobes, self.emission, self.transparency, self.holdout, self.bent)

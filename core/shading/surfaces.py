@@ -6,13 +6,17 @@ used twice is added once, with the sum of its weights, and a long chain needs no
 
 from collections.abc import Mapping
 
+from ..arrays import dot
 from ..scene import Link, Material, Node
-from .graph import Graph, Library, NodeFunction, title
+from .graph import Graph, Library, NodeFunction, output_of, title
+from .inputs import NORMAL
 from .nodes import NODES
+from .nodes.normals import FILTER_WIDTH
+from .normals import bump
 from .rules import Rules
 from .shaders import SHADER_INPUTS, SHADERS
 from .surface import Lobe, Surface
-from .values import average, constant
+from .values import FLOAT, Value, average, constant, step
 
 WHITE = constant((1.0, 1.0, 1.0))
 
@@ -21,23 +25,40 @@ def compile_surface(
     owner: str, material: Material | None, rules: Rules, library: Library | None = None
 ) -> Surface:
     """Return what a material does with light; None is Blender's default surface."""
-    surface = Surface(Graph(owner, NODES, library), rules)
+    root = None if material is None else output_of(material)
+    surface = Surface(Graph(owner, NODES, library, root), rules)
     if material is None:
         surface.add("diffuse", constant((0.8, 0.8, 0.8)))
     elif material.surface is not None:
         surface.graph.material_index = material.index
         _follow(surface, material.surface)
+    if material is not None and material.displacement is not None:
+        surface.bent = _displaced(surface.graph, output_of(material))
     if surface.transparency is not None:
         share = average(surface.transparency)
         surface.lobes.append(Lobe("transparent", surface.transparency, (), share))
     return surface
 
 
+def _displaced(graph: Graph, output: Node) -> Value | None:
+    """Return the shading normal of a surface that is displaced along its normal."""
+    way = graph.vector(output, "Displacement")
+    assert way is not None
+    height = step(dot, way, NORMAL, kind=FLOAT)
+    if way.is_constant:
+        return None
+    return bump(height, constant(1.0), constant(1.0), NORMAL, FILTER_WIDTH)
+
+
 def compile_shader(
-    owner: str, node: Node | None, rules: Rules, table: Mapping[str, NodeFunction] = NODES
+    owner: str,
+    node: Node | None,
+    rules: Rules,
+    library: Library | None = None,
+    table: Mapping[str, NodeFunction] = NODES,
 ) -> Surface:
     """Return what the shader of a world or a light emits; `table` says what its nodes mean."""
-    surface = Surface(Graph(owner, table), rules)
+    surface = Surface(Graph(owner, table, library, node), rules)
     if node is not None:
         _follow(surface, node)
     return surface

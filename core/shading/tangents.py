@@ -5,22 +5,29 @@ import numpy as np
 from ..arrays import F32, Vec, cross, dot, normalize
 from ..scene import Node
 from .context import Context
+from .inputs import VALID_NORMAL
 from .surface import Surface
 from .values import VECTOR, Array, Value, read
 
 
-def tangent_of(surface: Surface, node: Node, rotation: str) -> Value:
+def tangent_of(surface: Surface, node: Node, rotation: str, normal: Value | None = None) -> Value:
     """Return a node's tangent, turned about the normal by its rotation, in turns.
 
     Without a link it runs around the z axis of the object.
     """
     tangent = read(around_z, kind=VECTOR)
     if surface.graph.is_linked(node, "Tangent"):
-        linked = surface.graph.vector(node, "Tangent")
-        assert linked is not None
-        tangent = linked
+        found = surface.graph.vector(node, "Tangent")
+        assert found is not None
+        tangent = read(_everywhere, found, kind=VECTOR)
     turn = surface.graph.number(node, rotation)
-    return tangent if turn.is_exactly(0) else read(_turned, tangent, turn, kind=VECTOR)
+    if turn.is_exactly(0):
+        return tangent
+    return read(_turned, tangent, turn, normal or VALID_NORMAL, kind=VECTOR)
+
+
+def _everywhere(context: Context, vector: Array) -> Vec:
+    return np.broadcast_to(vector, (3, context.size))
 
 
 def around_z(context: Context) -> Vec:
@@ -29,9 +36,8 @@ def around_z(context: Context) -> Vec:
     return cross(normal, normalize(cross(context.around(2), normal)))
 
 
-def _turned(context: Context, tangent: Array, turn: Array) -> Vec:
+def _turned(context: Context, tangent: Array, turn: Array, normal: Array) -> Vec:
     """Return tangents turned about the normal by `turn` full circles (Rodrigues)."""
-    normal = context.valid_normal
     angle = turn * F32(2 * np.pi)
     cosine, sine = np.cos(angle), np.sin(angle)
     turned: Vec = tangent * cosine

@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Vec
+from ..geometry.attributes import Asked
 from ..scene import Note, World
 from .context import NEVER, NOWHERE, Arrival, Context, Place
+from .graph import Library
 from .program import Program, merge
 from .rules import Rules
 from .sky.disc import Disc
@@ -23,9 +25,17 @@ class WorldContext(Context):
         self.place = place
         self.position = self.generated = direction
         self.wo = self.normal = self.geometric = self.reflection = np.negative(direction)
-        self.length = np.full(1, NEVER)
+        self.length = self.travelled = np.full(1, NEVER)
         self.back = np.zeros(1, bool)
         self.with_discs = True
+
+    def attribute(self, asked: Asked) -> Vec | None:
+        """Return nothing: the world is no mesh."""
+        return None
+
+    def beside(self, axis: int, width: np.float32) -> Context:
+        """Return the same: nothing of the world has a slope."""
+        return self
 
     @property
     def size(self) -> int:
@@ -87,12 +97,12 @@ class WorldShader:
 
 
 def compile_world(
-    world: World | None, place: Place = NOWHERE
+    world: World | None, place: Place = NOWHERE, library: Library | None = None
 ) -> tuple[WorldShader | None, list[Note]]:
     """Return the shader of a world, None if it is black, and what it leaves out."""
     if world is None:
         return None, []
-    surface = compile_shader(f"World '{world.name}'", world.surface, Rules())
+    surface = compile_shader(f"World '{world.name}'", world.surface, Rules(), library)
     light = surface.emission
     if light is None or not light.largest() > 0:
         return None, surface.notes

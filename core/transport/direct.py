@@ -16,7 +16,7 @@ from ..arrays import F32, Index, Scalar, Vec, check, dot, take
 from ..bsdf import DIFFUSE, lit_as
 from ..geometry.accel import FAR
 from ..geometry.surface import Points
-from ..geometry.terminator import raise_starts, shift
+from ..geometry.terminator import bump_shadow, raise_starts, shift
 from ..plan import Plan
 from ..sampling.dimensions import (
     ROULETTE,
@@ -242,6 +242,11 @@ def _of_closure(lobe: LobeAt, index: Index | None, sample: Sample) -> Scalar | V
     else:
         wi = lobe.frame.local(_part(sample.wi, index))
         value, pdf = module.evaluate(lobe.parameters, lobe.frame.wo, wi)
+
+    if lobe.smooth is not None:
+        wi = _part(sample.wi, index)
+        kept = bump_shadow(lobe.smooth, lobe.frame.normal, wi, module.RAY_KIND == DIFFUSE, False)
+        value = value * kept
 
     # Share the light with the scattered rays that meet it.
     light_pdf = sample.matte_pdf if module.RAY_KIND == DIFFUSE else sample.pdf

@@ -96,8 +96,11 @@ def _bounce(
     tally: Tally,
 ) -> tuple[Rays, Paths, Draws]:
     """Add the light that paths get at points; return how they go on."""
-    paths, points, held = hold_out(plan, paths, points)
     arrival = describe(plan, paths, depth)
+    points = plan.surfaces.bend(points, arrival)
+    paths, points, held = hold_out(plan, paths, points)
+    if held is not None:
+        arrival = describe(plan, paths, depth)
     tally.lap("surface")
     emission.add_emission(plan, paths, points, arrival, depth, radiance)
     add_holdout(plan, paths, points, arrival, radiance)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import F32, Index, Scalar, Vec, check, dot, take
 from ..bsdf import CAMERA, CLEAR, DIFFUSE, GLOSSY, SINGULAR, STRAIGHT, TRANSMISSION, transparent
 from ..geometry.surface import Points
-from ..geometry.terminator import shift
+from ..geometry.terminator import bump_shadow, shift
 from ..plan import Plan
 from ..sampling.dimensions import CHOICE, ROULETTE, SCATTER, dimension
 from ..sampling.draws import Draws
@@ -192,6 +192,10 @@ def _branches(
         share = np.maximum(lobe.share, F32(1e-30))
         weight = np.reciprocal(share) if weight is None else weight / share
         pdf = None if pdf is None else pdf * lobe.share
+    if lobe.smooth is not None and module.RAY_KIND == DIFFUSE:
+        kept = bump_shadow(lobe.smooth, lobe.frame.normal, direction, True, True)
+        kept = kept if through is None else np.where(through, F32(1), kept)
+        weight = kept if weight is None else weight * kept
     weight = lobe.weight if weight is None else lobe.weight * weight
     weight = _shifted(plan, points, lobe, direction, through, weight)
     pdf = None if module.IS_DELTA else pdf
@@ -259,7 +263,8 @@ def _segment(plan: Plan, branch: Branch, draws: Draws, depth: int, tally: Tally)
     # Directions that the true surface does not allow carry nothing.
     strength = np.maximum(np.maximum(throughput[0], throughput[1]), throughput[2])
     is_straight = module.RAY_KIND == STRAIGHT
-    if not branch.points.is_flat and not is_straight:
+    bends = plan.surfaces.bends_normals or not branch.points.is_flat
+    if bends and not is_straight:
         below = dot(branch.points.geometric, branch.direction) < 0
         strength *= ~below if through is None else below == through
 

@@ -106,7 +106,7 @@ def materials():
         link(use.outputs[0], mix.inputs[index])
     link(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
 
-    # Outputs: the one for Cycles wins; none at all; volume and displacement are told
+    # Outputs: the one for Cycles wins; none at all; a volume is told
     tree, new, link, principled = material("Outputs")
     tree.nodes["Material Output"].target = "EEVEE"
     output, emission = new("ShaderNodeOutputMaterial"), new("ShaderNodeEmission")
@@ -208,9 +208,8 @@ def test_the_output_for_cycles_counts_and_what_else_it_has_is_noted(exported):
     assert surface(exported, "Outputs").kind == "Emission"
     assert surface(exported, "Nothing") is None
     notes = exported[1]
-    assert [owner for owner, _ in notes] == ["Material 'Outputs'"] * 2
+    assert [owner for owner, _ in notes] == ["Material 'Outputs'"]
     assert "volume" in notes[0][1]
-    assert "displacement" in notes[1][1]
 
 
 def test_a_long_chain_of_nodes_does_not_overflow_the_stack(exported):

@@ -1,13 +1,16 @@
 """node kind -> function.  What every node that makes numbers means; add one with a line here."""
 
+from .attributes import CARRIED
 from .colours import COLOURS
 from .constants import CONSTANTS
 from .coordinates import PLACES
 from .hit import HIT
+from .image import IMAGES
 from .lamp import LAMP
 from .light import LIGHT
 from .math import MATHS
 from .mix import MIXES
+from .normals import NORMALS
 from .objects import OBJECTS
 from .procedural import PROCEDURAL
 from .ramps import RAMPS
@@ -18,12 +21,15 @@ from .turns import TURNS
 from .vectors import VECTORS
 
 NODES = {
+    **CARRIED,
     **COLOURS,
     **CONSTANTS,
     **HIT,
+    **IMAGES,
     **LIGHT,
     **MATHS,
     **MIXES,
+    **NORMALS,
     **OBJECTS,
     **PLACES,
     **PROCEDURAL,

@@ -7,6 +7,7 @@ import numpy as np
 from ...arrays import F32, Vec, dot, normalize
 from ...geometry.spaces import ORCO, UV
 from ...scene import Node
+from ..attributes import read_attribute, uv_map
 from ..context import Context
 from ..graph import Graph
 from ..inputs import NORMAL
@@ -71,6 +72,8 @@ OF_INSTANCER: dict[str, Value] = {
 def _coordinates(graph: Graph, node: Node, output: str) -> Value | None:
     if output in OF_INSTANCER and graph.choice(node, "from_instancer", False):
         return OF_INSTANCER[output]
+    if output == "UV":
+        return read_attribute(uv_map(node))
     matrix = graph.choice(node, "object", None)
     if output == "Object" and matrix is not None:
         return read(_in_other, kind=VECTOR, static=(_inverse(matrix),))

@@ -6,7 +6,9 @@ import numpy as np
 
 from ...arrays import F32, cross, dot, normalize
 from ...bsdf import CAMERA, DIFFUSE, GLOSSY, SHADOW, SINGULAR, TRANSMISSION, fresnel
+from ...geometry.attributes import FRAME
 from ...scene import Node
+from ..attributes import along_u, uv_map
 from ..context import Arrival, Context
 from ..graph import Graph
 from ..inputs import BACK, FACING, NORMAL, POSITION
@@ -96,9 +98,9 @@ GEOMETRY: dict[str, Value] = {
 }
 
 
-def _tangent(graph: Graph, node: Node, output: str) -> Value | None:
+def _tangent(graph: Graph, node: Node, output: str) -> Value:
     if graph.choice(node, "direction_type", "RADIAL") != "RADIAL":
-        return None
+        return read(along_u, static=((uv_map(node), FRAME),), kind=VECTOR)
     axis = "XYZ".index(graph.choice(node, "axis", "Z"))
     return read(radial_tangent, kind=VECTOR, static=(axis,))
 

@@ -22,30 +22,16 @@ from ..textures.wave import wave
 from ..textures.white_noise import white_noise
 from ..values import COLOUR, FLOAT, VECTOR, Array, Value, constant, mix, step, widened
 from .coordinates import COORDINATES
-from .turns import mapped
+from .legacy import mapped
 
 NodeFunction = Callable[[Graph, Node, str], Value | None]
-_AXES = "XYZ"
 
 
 def coordinates(graph: Graph, node: Node) -> Value:
     """Return where a texture is looked up: what feeds Vector, else Generated; then its mapping."""
     linked = graph.vector(node, "Vector") if graph.is_linked(node, "Vector") else None
     where = COORDINATES["Generated"] if linked is None else linked
-    mapping = graph.choice(node, "texture_mapping", None)
-    if mapping is None:
-        return where
-    kind, axes, *numbers = mapping
-    place, turn, scale = (constant(number, VECTOR) for number in numbers)
-    # The axes are exchanged first; one that is NONE stays 0.
-    where = step(_exchanged, where, kind=VECTOR, static=(tuple(axes),))
-    return step(mapped, where, place, turn, scale, kind=VECTOR, static=(kind,))
-
-
-def _exchanged(vector: Array, axes: tuple[str, ...]) -> Array:
-    return np.stack(
-        [vector[_AXES.index(axis)] if axis in _AXES else np.zeros_like(vector[0]) for axis in axes]
-    )
+    return mapped(graph, node, where)
 
 
 def _scaled(graph: Graph, node: Node, default: float) -> Value:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Vec, dot, unit
-from ...images import MAGENTA, Image
+from ...images import MAGENTA, Image, Tiles
 from ...images.files import load_image
 from ...images.lookup import lookup
 from ...images.projection import PROJECTIONS
@@ -25,6 +25,8 @@ def _environment(graph: Graph, node: Node, output: str) -> Value | None:
     image = MAGENTA
     if source is not None:
         image = graph.library.get(id(source), lambda: load_image(source, graph.notes))
+    if isinstance(image, Tiles):
+        image = image.images[0][1]
     graph.finest = max(graph.finest, (image.width, image.height))
     projection = PROJECTIONS[graph.choice(node, "projection", "EQUIRECTANGULAR")]
     static = image, projection, graph.choice(node, "interpolation", "Linear")

@@ -4,7 +4,6 @@ import numpy as np
 
 from ...bsdf import albedo, fresnel
 from ...scene import Node
-from ..inputs import COSINE
 from ..surface import Surface
 from ..tangents import tangent_of
 from ..values import COLOUR, Value, clamp, constant, positive, step
@@ -26,15 +25,15 @@ DISTRIBUTIONS = {"GGX": "ggx", "MULTI_GGX": "ggx", "BECKMANN": "beckmann"}
 
 
 def _glossy(surface: Surface, node: Node, weight: Value) -> None:
-    graph = surface.graph
-    surface.note_normal(node)
+    graph, normal = surface.graph, surface.normal_of(node)
     colour = positive(graph.colour(node, "Color"))
     weight = weight * colour
     choice = graph.choice(node, "distribution", "GGX")
-    rough = _stretched(surface, node, isotropic(graph.number(node, "Roughness", 0.5)))
+    rough = _stretched(surface, node, isotropic(graph.number(node, "Roughness", 0.5), normal))
     if choice == "ASHIKHMIN_SHIRLEY":
         alphas = blurred(surface, rough.x), blurred(surface, rough.y)
-        surface.add("ashikhmin shirley", weight, *alphas, tangent=rough.tangent)
+        frame = {"normal": rough.axis.valid, "tangent": rough.tangent}
+        surface.add("ashikhmin shirley", weight, *alphas, **frame)
         return
     if choice == "MULTI_GGX":
         # The colour is also the facets': light that bounces between them is coloured again.
@@ -52,7 +51,8 @@ def _stretched(surface: Surface, node: Node, rough: Roughness) -> Roughness:
     wide, narrow = rough.x / shrink, rough.x * shrink
     along = clamp(step(_chosen, amount, narrow, wide))
     across = clamp(step(_chosen, amount, wide, narrow))
-    return Roughness(along, across, tangent_of(surface, node, "Rotation"))
+    tangent = tangent_of(surface, node, "Rotation", rough.axis.normal)
+    return Roughness(along, across, tangent, rough.axis)
 
 
 def _chosen(amount: np.ndarray, positive: np.ndarray, negative: np.ndarray) -> np.ndarray:
@@ -60,10 +60,13 @@ def _chosen(amount: np.ndarray, positive: np.ndarray, negative: np.ndarray) -> n
 
 
 def _metallic(surface: Surface, node: Node, weight: Value) -> None:
-    graph = surface.graph
-    surface.note_normal(node)
+    graph, normal = surface.graph, surface.normal_of(node)
     rough = stretched_principled(
-        surface, node, isotropic(graph.number(node, "Roughness", 0.5)), "Anisotropy", "Rotation"
+        surface,
+        node,
+        isotropic(graph.number(node, "Roughness", 0.5), normal),
+        "Anisotropy",
+        "Rotation",
     )
     choice = graph.choice(node, "distribution", "MULTI_GGX")
     distribution = DISTRIBUTIONS.get(choice, "ggx")
@@ -81,7 +84,9 @@ def _metallic(surface: Surface, node: Node, weight: Value) -> None:
         b = step(fresnel.f82_b, colour, tint)
         model, parameters = "f82", (colour, b)
         fss = step(fresnel.f82_average, colour, b)
-        share = step(albedo.estimated_albedo_f82, rough.mean, COSINE, colour, kind=COLOUR)
+        share = step(
+            albedo.estimated_albedo_f82, rough.mean, rough.axis.cosine, colour, kind=COLOUR
+        )
     if choice == "MULTI_GGX":
         weight = weight * kept_energy(rough, fss).factor
     if thickness.largest() > THIN_FILM:
@@ -108,14 +113,14 @@ def stretched_principled(
     if not anisotropy.largest() > 0:
         return rough
     aspect = step(np.sqrt, 1.0 - anisotropy * 0.9)
+    tangent = tangent_of(surface, node, rotation, rough.axis.normal)
     along, across = clamp(rough.x / aspect), rough.y * aspect
-    return Roughness(along, across, tangent_of(surface, node, rotation))
+    return Roughness(along, across, tangent, rough.axis)
 
 
 def _glass(surface: Surface, node: Node, weight: Value) -> None:
-    graph = surface.graph
-    surface.note_normal(node)
-    rough = isotropic(graph.number(node, "Roughness"))
+    graph, normal = surface.graph, surface.normal_of(node)
+    rough = isotropic(graph.number(node, "Roughness"), normal)
     ior = index_of(surface, node)
     colour = positive(graph.colour(node, "Color"))
     choice = graph.choice(node, "distribution", "MULTI_GGX")
@@ -132,11 +137,10 @@ def _glass(surface: Surface, node: Node, weight: Value) -> None:
 
 
 def _refraction(surface: Surface, node: Node, weight: Value) -> None:
-    graph = surface.graph
-    surface.note_normal(node)
+    graph, normal = surface.graph, surface.normal_of(node)
     weight = weight * positive(graph.colour(node, "Color"))
     choice = graph.choice(node, "distribution", "BECKMANN")
-    rough = isotropic(graph.number(node, "Roughness"))
+    rough = isotropic(graph.number(node, "Roughness"), normal)
     distribution = DISTRIBUTIONS.get(choice, "ggx")
     add_refraction(surface, weight, rough, index_of(surface, node, 1.45), distribution)
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from ...bsdf import albedo, fresnel, thin_film
 from ...scene import Node
-from ..inputs import COSINE
+from ..inputs import NORMAL
+from ..normals import unit_normal
 from ..surface import Surface
-from ..values import COLOUR, Array, Value, clamp, mix, positive, step
+from ..values import COLOUR, VECTOR, Array, Value, clamp, mix, positive, read, step
 from .glossy import THIN_FILM, film_index, stretched_principled
 from .matte import add_diffuse, add_leaf, add_sheen
 from .reflection import (
@@ -30,8 +31,8 @@ from .reflection import (
 def principled(surface: Surface, node: Node, weight: Value) -> None:
     """Add all layers of a Principled node."""
     graph = surface.graph
-    for socket in ("Normal", "Coat Normal"):
-        surface.note_normal(node, socket)
+    normal = surface.normal_of(node)
+    coat_normal = surface.normal_of(node, "Coat Normal")
     is_thin = not graph.number(node, "Thin Wall").is_exactly(0)
     is_multiple = graph.choice(node, "distribution", "MULTI_GGX") == "MULTI_GGX"
 
@@ -39,8 +40,8 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
     alpha = clamp(graph.number(node, "Alpha", 1.0))
     surface.let_through(weight * (1.0 - alpha))
     weight = weight * alpha
-    weight = _sheen(surface, node, weight)
-    weight = _coat(surface, node, weight)
+    weight = _sheen(surface, node, weight, normal, coat_normal)
+    weight = _coat(surface, node, weight, coat_normal)
     strength = graph.number(node, "Emission Strength")
     surface.emit(weight * graph.colour(node, "Emission Color") * strength)
 
@@ -48,7 +49,7 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
     clamped = clamp(base)
     ior = index_of(surface, node, 1.5)
     tint = positive(graph.colour(node, "Specular Tint"))
-    smooth = isotropic(graph.number(node, "Roughness", 0.5))
+    smooth = isotropic(graph.number(node, "Roughness", 0.5), normal)
     rough = stretched_principled(surface, node, smooth, "Anisotropic", "Anisotropic Rotation")
     thickness = graph.number(node, "Thin Film Thickness")
     film: tuple[Value, ...] = ()
@@ -62,7 +63,9 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
         metal = weight * metallic
         if is_multiple:
             metal = metal * kept_energy(rough, step(fresnel.f82_average, clamped, b)).factor
-        share = step(albedo.estimated_albedo_f82, rough.mean, COSINE, clamped, kind=COLOUR)
+        share = step(
+            albedo.estimated_albedo_f82, rough.mean, rough.axis.cosine, clamped, kind=COLOUR
+        )
         add_reflection(
             surface, named("f82", film), metal, rough, clamped, b, *film, importance=share
         )
@@ -90,12 +93,12 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
         share = weight * clamped * subsurface
         if is_thin:
             anisotropy = graph.number(node, "Subsurface Anisotropy")
-            add_leaf(surface, share, anisotropy, roughness, clamped)
+            add_leaf(surface, share, anisotropy, roughness, clamped, normal)
         else:
             graph.note(f"Principled '{node.name}': Subsurface is rendered as diffuse")
-            surface.add("diffuse", share)
+            surface.add("diffuse", share, normal=normal)
         weight = weight * (1.0 - subsurface)
-    add_diffuse(surface, weight * base, roughness, clamped)
+    add_diffuse(surface, weight * base, roughness, clamped, normal)
 
 
 def named(model: str, film: tuple[Value, ...]) -> str:
@@ -103,7 +106,9 @@ def named(model: str, film: tuple[Value, ...]) -> str:
     return f"{model} film" if film else model
 
 
-def _sheen(surface: Surface, node: Node, weight: Value) -> Value:
+def _sheen(
+    surface: Surface, node: Node, weight: Value, normal: Value | None, coat_normal: Value | None
+) -> Value:
     """Add the sheen; return the weight of what lies below."""
     graph = surface.graph
     amount = positive(graph.number(node, "Sheen Weight"))
@@ -111,20 +116,26 @@ def _sheen(surface: Surface, node: Node, weight: Value) -> Value:
         return weight
     tint = positive(graph.colour(node, "Sheen Tint"))
     own = weight * tint * amount
-    share = add_sheen(surface, own, clamp(graph.number(node, "Sheen Roughness", 0.5)))
+    if coat_normal is not normal:
+        # Fibres stand on what lies on top.
+        covered = clamp(graph.number(node, "Coat Weight"))
+        normal = mix(normal or NORMAL, coat_normal or NORMAL, covered)
+        normal = read(unit_normal, normal, kind=VECTOR)
+    roughness = clamp(graph.number(node, "Sheen Roughness", 0.5))
+    share = add_sheen(surface, own, roughness, normal)
     return step(albedo.layering, own * share, weight, kind=COLOUR)
 
 
-def _coat(surface: Surface, node: Node, weight: Value) -> Value:
+def _coat(surface: Surface, node: Node, weight: Value, normal: Value | None) -> Value:
     """Add the coat; return the weight of what lies below."""
     graph = surface.graph
     amount = positive(graph.number(node, "Coat Weight"))
     if not amount.largest() > 0:
         return weight
-    rough = isotropic(graph.number(node, "Coat Roughness", 0.03))
+    rough = isotropic(graph.number(node, "Coat Roughness", 0.03), normal)
     ior = clamp(graph.number(node, "Coat IOR", 1.5), 1.0, np.inf)
     own = weight * amount
-    share = _estimated(rough.mean, ior, normal_reflectance(ior))
+    share = _estimated(rough, ior, normal_reflectance(ior))
     energy = kept_energy(rough, step(fresnel.dielectric_average, ior))
     factor = energy.factor
     add_reflection(surface, "dielectric", own * factor, rough, ior, importance=share)
@@ -134,7 +145,7 @@ def _coat(surface: Surface, node: Node, weight: Value) -> Value:
     tint = positive(graph.colour(node, "Coat Tint"))
     if tint.is_exactly(1):
         return below
-    return below * mix(WHITE, step(_absorbed, tint, COSINE, ior), amount)
+    return below * mix(WHITE, step(_absorbed, tint, rough.axis.cosine, ior), amount)
 
 
 def _absorbed(tint: Array, cosine: Array, ior: Array) -> Array:
@@ -142,8 +153,9 @@ def _absorbed(tint: Array, cosine: Array, ior: Array) -> Array:
     return np.power(tint, np.float32(1) / beyond)
 
 
-def _estimated(roughness: Value, eta: Value, f0: Value) -> Value:
-    return step(albedo.estimated_albedo_remapped, roughness, COSINE, eta, f0, kind=f0.kind)
+def _estimated(rough: Roughness, eta: Value, f0: Value) -> Value:
+    args = rough.mean, rough.axis.cosine, eta, f0
+    return step(albedo.estimated_albedo_remapped, *args, kind=f0.kind)
 
 
 def _specular(
@@ -170,9 +182,9 @@ def _specular(
         energy = kept_energy(rough, step(fresnel.remapped_average, eta, f0, kind=COLOUR))
         own, darkening = weight * energy.factor, energy.darkening
     if film:
-        share = step(thin_film.film_remapped, COSINE, eta, f0, *film, kind=COLOUR)
+        share = step(thin_film.film_remapped, rough.axis.cosine, eta, f0, *film, kind=COLOUR)
     else:
-        share = _estimated(rough.mean, eta, f0)
+        share = _estimated(rough, eta, f0)
     add_reflection(surface, named("remapped", film), own, rough, eta, f0, *film, importance=share)
     return step(albedo.layering, weight * darkening * share, weight, kind=COLOUR)
 

@@ -7,6 +7,7 @@ import numpy as np
 from ...bsdf import albedo, fresnel, thin_wall
 from ...scene import Node
 from ..inputs import AFTER_MATTE, BACK, BLUR, COSINE
+from ..normals import cosine_at, valid
 from ..surface import Surface
 from ..values import COLOUR, FLOAT, Array, Number, Value, clamp, constant, several, step
 
@@ -15,12 +16,27 @@ SMOOTH = 2e-10
 WHITE = constant((1.0, 1.0, 1.0))
 
 
+class Axis(NamedTuple):
+    """A unit normal of a node's own, None is the shading normal, and as lobes use it.
+
+    valid: bent so that mirrored rays leave the surface; cosine: of the viewer's direction at that.
+    """
+
+    normal: Value | None
+    valid: Value | None
+    cosine: Value
+
+
+SHADING = Axis(None, None, COSINE)
+
+
 class Roughness(NamedTuple):
-    """The alphas of a lobe along its two tangents, and the tangent if they differ."""
+    """The alphas of a lobe along its two tangents, the tangent if they differ, and its axis."""
 
     x: Value
     y: Value
     tangent: Value | None = None
+    axis: Axis = SHADING
 
     @property
     def is_smooth(self) -> bool:
@@ -33,11 +49,14 @@ class Roughness(NamedTuple):
         return step(albedo.roughness_of, self.x, self.y)
 
 
-def isotropic(roughness: Value) -> Roughness:
+def isotropic(roughness: Value, normal: Value | None = None) -> Roughness:
     """Return the alphas of a node's roughness, its square."""
     alpha = clamp(roughness)
     alpha = alpha * alpha
-    return Roughness(alpha, alpha)
+    if normal is None:
+        return Roughness(alpha, alpha)
+    bent = valid(normal)
+    return Roughness(alpha, alpha, None, Axis(normal, bent, cosine_at(bent)))
 
 
 def add_reflection(
@@ -64,7 +83,8 @@ def add_reflection(
     else:
         name = f"{distribution} anisotropic reflection {model}"
         alphas = blurred(surface, rough.x), blurred(surface, rough.y)
-    surface.add(name, weight, *alphas, *parameters, tangent=rough.tangent, importance=importance)
+    frame = {"normal": rough.axis.valid, "tangent": rough.tangent}
+    surface.add(name, weight, *alphas, *parameters, **frame, importance=importance)
 
 
 def add_glass(
@@ -93,10 +113,13 @@ def add_glass(
         model = "glass film"
     parameters = *optics, reflection, transmission
     if rough.is_smooth and not surface.rules.is_blurred:
-        surface.add(f"smooth {model}", weight, *parameters, importance=share)
+        surface.add(
+            f"smooth {model}", weight, *parameters, normal=rough.axis.valid, importance=share
+        )
     else:
         alpha = blurred(surface, rough.x)
-        surface.add(f"{distribution} {model}", weight, alpha, *parameters, importance=share)
+        name, parameters = f"{distribution} {model}", (alpha, *parameters)
+        surface.add(name, weight, *parameters, normal=rough.axis.valid, importance=share)
 
 
 def add_pane(
@@ -113,7 +136,7 @@ def add_pane(
     f0 = clamp(normal_reflectance(ior) * tint)
     layer = film or (constant(0.0), constant(1.0))
     reflected, passed = several(
-        thin_wall.thin_glass, COSINE, ior, f0, colour, *layer, kinds=(COLOUR, COLOUR)
+        thin_wall.thin_glass, rough.axis.cosine, ior, f0, colour, *layer, kinds=(COLOUR, COLOUR)
     )
     if not all(switches):
         # Matte surfaces see no such light.
@@ -123,10 +146,10 @@ def add_pane(
     alpha = step(thin_wall.transmission_alpha, rough.x, ior)
     weight = weight * passed
     if alpha.largest() <= np.sqrt(SMOOTH) and not surface.rules.is_blurred:
-        surface.add("smooth thin", weight)
+        surface.add("smooth thin", weight, normal=rough.axis.valid)
         return
-    energy = kept_energy(Roughness(alpha, alpha), None).factor
-    surface.add("ggx thin", weight * energy, blurred(surface, alpha))
+    energy = kept_energy(Roughness(alpha, alpha, None, rough.axis), None).factor
+    surface.add("ggx thin", weight * energy, blurred(surface, alpha), normal=rough.axis.valid)
 
 
 def add_refraction(
@@ -137,9 +160,10 @@ def add_refraction(
         weight = weight * (1.0 - AFTER_MATTE)
     eta = relative_index(ior)
     if rough.is_smooth and not surface.rules.is_blurred:
-        surface.add("smooth refraction", weight, eta)
+        surface.add("smooth refraction", weight, eta, normal=rough.axis.valid)
     else:
-        surface.add(f"{distribution} refraction", weight, blurred(surface, rough.x), eta)
+        alpha = blurred(surface, rough.x)
+        surface.add(f"{distribution} refraction", weight, alpha, eta, normal=rough.axis.valid)
 
 
 def blurred(surface: Surface, alpha: Value) -> Value:
@@ -179,14 +203,14 @@ class Energy(NamedTuple):
 
 def kept_energy(rough: Roughness, fss: Value | None) -> Energy:
     """Return what multiple scattering adds to GGX reflection; fss None: nothing is absorbed."""
-    args = (rough.mean, COSINE) if fss is None else (rough.mean, COSINE, fss)
+    args = (rough.mean, rough.axis.cosine) if fss is None else (rough.mean, rough.axis.cosine, fss)
     kind = FLOAT if fss is None else fss.kind
     return Energy(*several(albedo.ggx_energy, *args, kinds=(kind, kind)))
 
 
 def kept_glass_energy(rough: Roughness, ior: Value, fss: Value) -> Energy:
     """Return the same for glass."""
-    args = rough.mean, COSINE, ior, BACK, fss
+    args = rough.mean, rough.axis.cosine, ior, BACK, fss
     return Energy(*several(_glass_energy, *args, kinds=(fss.kind, fss.kind)))
 
 

@@ -1,0 +1,157 @@
+"""meshes, names -> tables.  What meshes carry besides their shape, interpolated at hits.
+
+One row holds the three corners of a triangle, so that a hit costs one gather.  Instances of a mesh
+share their rows; what shaders do not ask for has no table.  Points of a mesh without the attribute
+get what Blender gives them, mostly zeros.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import F32, Ids, Scalar, Vec
+from ..scene import ACTIVE_UV, Attribute, Instance, Mesh
+from .mesh import Triangles, without_broken
+from .uv_tangents import around_sphere, corner_normals, uv_tangents
+
+# What is asked of an attribute: the name, and one of
+# VECTOR   up to three numbers; FACTOR  their mean;
+# ALPHA    the fourth, 1 where there is none; OPACITY  the same, but 0 without the attribute;
+# FRAME    of a UV map: normal, tangent along u and the side of v, all of the object
+VECTOR, FACTOR, ALPHA, OPACITY, FRAME = "vector", "factor", "alpha", "opacity", "frame"
+Asked = tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Rows (R, 3 C) of triangles, corner after corner; C numbers to a corner.
+
+    The row of a triangle is its number x stride (I,) + base (I,) int32 of its instance.
+    """
+
+    rows: NDArray[np.float32]
+    base: Ids
+    stride: Ids | None
+
+    def at(self, triangle: Ids, instance: Ids, u: Scalar, v: Scalar) -> Vec:
+        """Return the numbers (C, N) at barycentrics u, v (N,) of triangles (N,)."""
+        row = self.base.take(instance)
+        row += triangle if self.stride is None else triangle * self.stride.take(instance)
+        corners = np.ascontiguousarray(self.rows.take(row, axis=0).T)
+        width = len(corners) // 3
+        out = corners[:width] * (F32(1) - u - v)
+        out += corners[width : 2 * width] * u
+        out += corners[2 * width :] * v
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Constants:
+    """Rows (I, C) of instances."""
+
+    rows: NDArray[np.float32]
+
+    def at(self, triangle: Ids, instance: Ids, u: Scalar, v: Scalar) -> Vec:
+        """Return the numbers (C, N) of instances (N,)."""
+        return np.ascontiguousarray(self.rows.take(instance, axis=0).T)
+
+
+Attributes = dict[Asked, Table | Constants]
+
+
+def compile_attributes(
+    instances: Sequence[Instance], asked: Collection[Asked], triangles: Triangles
+) -> Attributes:
+    """Return the tables that are asked for."""
+    numbers = np.ascontiguousarray(triangles.ids[:, 2])
+    first = np.searchsorted(numbers, np.arange(len(instances) + 1)).astype(np.int32)
+    used = [i for i in range(len(instances)) if first[i + 1] > first[i]]
+    meshes: dict[int, Mesh] = {}
+    for i in used:
+        mesh = instances[i].mesh
+        if id(mesh) not in meshes:
+            meshes[id(mesh)] = without_broken(mesh, [])
+    tables: Attributes = {}
+    for name, output in sorted(asked):
+        if any(name in instance.attributes for instance in instances):
+            tables[name, output] = _constants(instances, name, output)
+        else:
+            tables[name, output] = _table(instances, used, meshes, first, name, output)
+    return tables
+
+
+def _constants(instances: Sequence[Instance], name: str, output: str) -> Constants:
+    rows = [instance.attributes.get(name, (0.0, 0.0, 0.0, 0.0)) for instance in instances]
+    return Constants(np.stack([_part(np.array(row, F32)[None], output, 3)[0] for row in rows]))
+
+
+def _table(
+    instances: Sequence[Instance],
+    used: Sequence[int],
+    meshes: dict[int, Mesh],
+    first: Ids,
+    name: str,
+    output: str,
+) -> Table:
+    """Return the table of one attribute; its row 0 is that of meshes without it."""
+    widths = [m.attributes[name].values.shape[-1] for m in meshes.values() if name in m.attributes]
+    width = 2 if all(w == 2 for w in widths) else 3
+    base, stride = np.zeros((2, len(instances)), np.int32)
+    blocks: list[NDArray[np.float32]] = []
+    known: dict[tuple[int, bool], int] = {}
+    end = 1
+    for i in used:
+        instance = instances[i]
+        mesh = meshes[id(instance.mesh)]
+        is_mirrored = bool(np.linalg.det(instance.to_world[:, :3]) < 0)
+        key = id(mesh), is_mirrored
+        if key not in known:
+            corners = _corners(mesh, name, output, width)
+            if corners is None:
+                continue
+            # Mirrored triangles have their corners in the other order.
+            corners = corners[:, (0, 2, 1)] if is_mirrored else corners
+            blocks.append(corners.reshape(len(corners), -1))
+            known[key], end = end, end + len(corners)
+        base[i], stride[i] = known[key] - first[i], 1
+    columns = blocks[0].shape[1] if blocks else 3 * (7 if output == FRAME else width)
+    columns = columns if output in (VECTOR, FRAME) else 3
+    rows = np.concatenate([np.full((1, columns), output == ALPHA, F32), *blocks])
+    return Table(rows, base, None if stride[list(used)].all() else stride)
+
+
+def _corners(mesh: Mesh, name: str, output: str, width: int) -> NDArray[np.float32] | None:
+    """Return the numbers (F, 3, C) of all corners, None if the mesh does not have them."""
+    attribute = mesh.attributes.get(name)
+    if output == FRAME:
+        if attribute is None and name != ACTIVE_UV:
+            return None
+        uv = around_sphere(mesh) if attribute is None else _spread(mesh, attribute)[..., :2]
+        normals = corner_normals(mesh)
+        tangents, sign = uv_tangents(mesh, normals, uv)
+        return np.concatenate([normals, tangents, sign[..., None]], axis=2)
+    return None if attribute is None else _part(_spread(mesh, attribute), output, width)
+
+
+def _spread(mesh: Mesh, attribute: Attribute) -> NDArray[np.float32]:
+    """Return an attribute's values at all corners (F, 3, C)."""
+    values = attribute.values
+    if attribute.domain == "POINT":
+        return values.take(mesh.triangles, axis=0)
+    return np.repeat(values[:, None], 3, axis=1) if attribute.domain == "FACE" else values
+
+
+def _part(values: NDArray[np.float32], output: str, width: int) -> NDArray[np.float32]:
+    """Return of numbers (..., C) what is asked for; two are a vector in a plane (Blender)."""
+    count = values.shape[-1]
+    if output in (ALPHA, OPACITY):
+        return values[..., 3:] if count == 4 else np.ones_like(values[..., :1])
+    if output == FACTOR:
+        return values[..., :3].mean(-1, keepdims=True) if count > 2 else values[..., :1]
+    if count == 1:
+        return np.repeat(values, width, axis=-1)
+    if count < width:
+        return np.concatenate([values, np.zeros_like(values[..., :1])], axis=-1)
+    return values[..., :width]

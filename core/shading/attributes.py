@@ -1,0 +1,115 @@
+"""nodes -> names; context -> Values.  The attributes of meshes that materials ask for."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ..arrays import F32, Vec, cross, dot, normalize
+from ..geometry.attributes import ALPHA, VECTOR, Asked
+from ..scene import ACTIVE_COLOUR, ACTIVE_UV, PROPERTIES, Link, Material, Node
+from . import values
+from .context import Context
+from .graph import links_below, output_of
+from .normals import reader
+from .values import Array, Value, read
+
+
+def uv_map(node: Node, name: str = "uv_map") -> str:
+    """Return the name of the attribute that is a node's UV map."""
+    return node.properties.get(name) or ACTIVE_UV
+
+
+def attribute_of(node: Node) -> str:
+    """Return the name of the attribute of an Attribute node."""
+    prefix = PROPERTIES.get(node.properties.get("attribute_type", "GEOMETRY"), "")
+    name = node.properties.get("attribute_name", "")
+    return prefix + name if name else ""
+
+
+def layer_of(node: Node) -> str:
+    """Return the name of the attribute of a Color Attribute node."""
+    return node.properties.get("layer_name") or ACTIVE_COLOUR
+
+
+def _is(name: str, choice: str) -> Callable[[Node], str | None]:
+    return lambda node: uv_map(node) if node.properties.get(name, choice) == choice else None
+
+
+# Kind of node -> the attribute that its outputs read, None if it is none
+ASKS: dict[str, Callable[[Node], str | None]] = {
+    "UVMap": uv_map,
+    "Attribute": attribute_of,
+    "VertexColor": layer_of,
+    "NormalMap": _is("space", "TANGENT"),
+    "Tangent": _is("direction_type", "UV_MAP"),
+    "TexImage": lambda n: None if isinstance(n.inputs.get("Vector"), Link) else ACTIVE_UV,
+}
+
+
+def attributes_wanted(material: Material) -> frozenset[str]:
+    """Return the names of all attributes that a material may ask for."""
+    names = set()
+    for link in links_below(output_of(material)):
+        asks = ASKS.get(link.node.kind)
+        if asks is not None:
+            names.add(asks(link.node))
+        elif link.node.kind == "TexCoord" and link.output == "UV":
+            names.add(uv_map(link.node))
+    return frozenset(name for name in names if name)
+
+
+def attribute(context: Context, asked: Asked) -> Array:
+    """Return a vector (3, n) or number (n,) of an attribute; 0 where there is none."""
+    found = context.attribute(asked)
+    if asked[1] != VECTOR:
+        return np.full(1, F32(asked[1] == ALPHA)) if found is None else found[0]
+    if found is None:
+        return np.zeros((3, 1), F32)
+    if len(found) == 3:
+        return found
+    flat = np.zeros((3, found.shape[1]), F32)
+    flat[:2] = found
+    return flat
+
+
+def read_attribute(name: str, output: str = VECTOR, kind: str | None = None) -> Value:
+    """Return an attribute as a value, a vector if `kind` does not say otherwise."""
+    kind = kind or (values.VECTOR if output == VECTOR else values.FLOAT)
+    return read(attribute, kind=kind, static=((name, output),))
+
+
+def asked_by(order: tuple[Value, ...]) -> Iterator[Asked]:
+    """Yield what steps ask meshes for."""
+    for item in order:
+        function, static = reader(item)
+        if function in (attribute, along_u, framed):
+            yield static[0]
+
+
+def framed(context: Context, local: Array, asked: Asked) -> Vec:
+    """Return unit vectors (3, n) of the world, of vectors along a UV map's u, v and the normal.
+
+    On the viewer's side; the shading normal where the mesh has no such map.
+    """
+    found = context.attribute(asked)
+    if found is None:
+        return context.normal
+    normal, tangent, side = found[:3], found[3:6], found[6]
+    vector = cross(normal, tangent)
+    vector *= side * local[1]
+    vector += tangent * local[0]
+    vector += normal * local[2]
+    vector = context.out_of_object(vector, "NORMAL")
+    vector *= np.where(context.back, F32(-1), F32(1))
+    lost = ~(dot(vector, vector) > F32(0.5)) | (side == 0)
+    return np.where(lost, context.normal, vector) if lost.any() else vector
+
+
+def along_u(context: Context, asked: Asked) -> Vec:
+    """Return tangents (3, n) along a UV map's u; 0 where the mesh has no such map."""
+    found = context.attribute(asked)
+    if found is None:
+        return np.zeros((3, 1), F32)
+    tangent = context.out_of_object(found[3:6], "NORMAL")
+    normal = context.normal
+    return cross(normal, normalize(cross(tangent, normal)))

@@ -1,0 +1,120 @@
+"""values -> Values.  Normals that materials bend: made unit, made valid, bumped by a height.
+
+A bump needs its height at two points beside each hit.  As in Cycles, the graph that feeds it is
+there three times: once as it is, and twice with all that is read of the hit read a little beside.
+Source: Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU".
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..arrays import F32, Vec, cross, dot, normalize
+from ..geometry.silhouette import bent_normals
+from .context import Context
+from .values import FLOAT, VECTOR, Array, Value, read, walk
+
+
+def unit_normal(context: Context, normal: Array) -> Vec:
+    """Return unit vectors (3, n) along vectors of any length; the shading normal for zero."""
+    normal = normalize(np.array(np.broadcast_to(normal, (3, context.size)), F32))
+    lost = ~(dot(normal, normal) > F32(0.5))
+    return np.where(lost, context.normal, normal) if lost.any() else normal
+
+
+def _valid(context: Context, normal: Array) -> Vec:
+    return bent_normals(context.geometric, normal, context.wo)
+
+
+def _cosine_at(context: Context, normal: Array) -> Array:
+    return np.maximum(dot(normal, context.wo), F32(0))
+
+
+def valid(normal: Value) -> Value:
+    """Return unit normals bent where a mirrored ray would enter the surface."""
+    return read(_valid, normal, kind=VECTOR)
+
+
+def cosine_at(normal: Value) -> Value:
+    """Return the cosine of the viewer's direction at unit normals, at least 0."""
+    return read(_cosine_at, normal, kind=FLOAT)
+
+
+# --- Bump ---------------------------------------------------------------------------------------
+
+
+def bump(
+    height: Value,
+    strength: Value,
+    distance: Value,
+    normal: Value,
+    width: float,
+    is_inverted: bool = False,
+) -> Value:
+    """Return unit normals bent by a height [m / distance].
+
+    `width` is how far beside the point the height is looked at, in pixels; `normal` unit.
+    """
+    if height.is_constant:
+        return normal
+    beside = [beside_of(height, axis, width) for axis in (0, 1)]
+    static = (F32(width), F32(-1 if is_inverted else 1))
+    return read(_bumped, height, *beside, strength, distance, normal, kind=VECTOR, static=static)
+
+
+def _bumped(
+    context: Context,
+    middle: Array,
+    along: Array,
+    across: Array,
+    strength: Array,
+    distance: Array,
+    normal: Array,
+    width: np.float32,
+    sign: np.float32,
+) -> Vec:
+    # The slope of the height in the plane of the normal
+    step = width * context.pixel
+    x, y = context.sideways
+    across_x, across_y = cross(y, normal), cross(normal, x)
+    area = dot(x, across_x)
+    slope = across_x * ((along - middle) / step)
+    slope += across_y * ((across - middle) / step)
+
+    # The normal of the raised surface, and as much of it as is wanted
+    bent = normal * np.abs(area)
+    bent -= slope * (distance * sign * np.sign(area))
+    normalize(bent)
+    strength = np.maximum(strength, F32(0))
+    bent = np.where(dot(bent, bent) > F32(0.5), bent, normal)
+    mixed = normalize(bent * strength + normal * (F32(1) - strength))
+    return np.where(dot(mixed, mixed) > F32(0.5), mixed, normal)
+
+
+def beside_of(output: Value, axis: int, width: float) -> Value:
+    """Return a value as it is `width` pixels beside the hit, along one of two axes."""
+    copies: dict[int, Value] = {}
+    for item in walk([output]):
+        args = tuple(copies[id(arg)] for arg in item.args)
+        if item.reads and item.function is not beside:
+            static = axis, F32(width), item.function, item.static
+            copies[id(item)] = Value(item.kind, None, beside, args, static, reads=True)
+        elif any(a is not b for a, b in zip(args, item.args, strict=True)):
+            copies[id(item)] = Value(
+                item.kind, None, item.function, args, item.static, reads=item.reads
+            )
+        else:
+            copies[id(item)] = item
+    return copies[id(output)]
+
+
+def beside(context: Context, *args: Any) -> Any:
+    """Return what a step reads a little beside the hit: args, axis, width, function, static."""
+    *values, axis, width, function, static = args
+    return function(context.beside(axis, width), *values, *static)
+
+
+def reader(item: Value) -> tuple[Callable[..., Any] | None, tuple[Any, ...]]:
+    """Return what a step reads the context with, and its static arguments, also of those beside."""
+    return item.static[2:4] if item.function is beside else (item.function, item.static)
