@@ -116,6 +116,11 @@ def parity(argv: list[str]) -> int:
     return _call(_command(_newest("render", "parity"), "penumbra.parity", argv))
 
 
+def stress(argv: list[str]) -> int:
+    """Render under extremes and look for what breaks; stress --help lists the options."""
+    return _call(_command(_newest("render", "test"), "penumbra.tests.stress", argv))
+
+
 def examples(argv: list[str]) -> int:
     """Make the example files and their pictures again: [NAME ...]."""
     folder = ROOT / "examples"
@@ -149,7 +154,7 @@ def stages(argv: list[str]) -> int:
 
 COMMANDS = {
     command.__name__: command
-    for command in (render, test, bench, parity, build, lint, examples, stages)
+    for command in (render, test, bench, parity, stress, build, lint, examples, stages)
 }
 
 

@@ -1,0 +1,1 @@
+"""scenes, transformations, extremes -> what breaks.  Numerical stability under stress."""
