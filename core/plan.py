@@ -15,14 +15,14 @@ from .arrays import F32, Vec
 from .bsdf import CAMERA, CLEAR, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
 from .geometry.accel import Accel, compile_accel
-from .geometry.attributes import Attributes, compile_attributes
+from .geometry.attributes import VECTOR, Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
 from .geometry.view import compile_view
 from .lights import Emitters, Hulls, Lights, compile_hulls, compile_lights, ray_mask
 from .lights.environment import Environment, compile_environment
 from .sampling.patterns import PATTERNS
-from .scene import EVERY_SET, Camera, Cancelled, Lamp, Material, Note, Scene, SceneError
+from .scene import EVERY_SET, REST, Camera, Cancelled, Lamp, Material, Note, Scene, SceneError
 from .settings import OPTIONS, Settings
 from .shading import (
     Library,
@@ -33,6 +33,7 @@ from .shading import (
     compile_surface,
     compile_table,
     compile_world,
+    displace,
     fold_lamps,
 )
 from .statistics import Preparation
@@ -204,6 +205,11 @@ def compile_plan(
     origin = scene.camera.to_world[:, 3]
     if box is not None:
         origin = np.clip(origin, box[0], box[1])
+    instances = displace(scene.instances, origin, library, notes, should_stop)
+    if instances is not scene.instances:
+        scene, box = replace(scene, instances=instances), bounds(instances)
+        if surfaces.reads_spaces:
+            surfaces = surfaces.asking((REST, VECTOR))
     hits = _hits_expected(scene, settings)
     lamps, emissions, lamp_notes = fold_lamps(scene.lamps, library)
     notes += lamp_notes

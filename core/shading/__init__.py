@@ -2,6 +2,7 @@
 
 from .closures import LobeAt, Shaded, SurfaceTable, choose, columns, compile_table
 from .context import Arrival, Place
+from .displacement import displace
 from .graph import Library
 from .lamps import LampShaders, fold_lamps
 from .rules import Rules
@@ -25,5 +26,6 @@ __all__ = [
     "compile_surface",
     "compile_table",
     "compile_world",
+    "displace",
     "fold_lamps",
 ]
