@@ -3,7 +3,7 @@
 from .closures import LobeAt, Shaded, SurfaceTable, choose, columns, compile_table
 from .context import Arrival, Place
 from .displacement import displace
-from .graph import Library
+from .graph import Library, images_below, output_of
 from .lamps import LampShaders, fold_lamps
 from .rules import Rules
 from .surface import Surface
@@ -28,4 +28,6 @@ __all__ = [
     "compile_world",
     "displace",
     "fold_lamps",
+    "images_below",
+    "output_of",
 ]

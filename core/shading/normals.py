@@ -117,7 +117,7 @@ def bumped_in_object(
     area = dot(x, across_x)
     slope = across_x * (along - middle)
     slope += across_y * (across - middle)
-    bent: Vec = n * (np.abs(area) * width)
+    bent: Vec = (n * (np.abs(area) * width)).astype(F32, copy=False)
     bent -= slope * np.sign(area)
     bent = normalize(context.out_of_object(normalize(bent), "NORMAL"))
     return np.where(dot(bent, bent) > F32(0.5), bent, normal)
