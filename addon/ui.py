@@ -66,7 +66,7 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "film_transparent_roughness",
         ),
     ),
-    ("Performance", ("render:threads_mode", "render:threads", "instance_memory")),
+    ("Performance", ("render:threads_mode", "render:threads", "instance_memory", "texture_memory")),
 )
 
 # option -> is it of any use with these settings?

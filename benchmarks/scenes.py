@@ -10,7 +10,8 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 class Scene:
     """A scene, what is changed in it, and the sample counts that make its error-time curve.
 
-    `example` names a file in `examples`; without one, the module `built.<name>` makes the scene.
+    `example` names a file in `examples`; without one, the module `built.<name>` makes the scene,
+    or of names with a dash a variant of it.
     Scenes without `reference` samples have no error: only their wall time counts. `target` is how
     many times longer than Penumbra Cycles shall take to the same relMSE.
     """
@@ -53,5 +54,11 @@ SCENES = (
     Scene("many_emitters", samples=FEW, reference=384, target=3.0),
     Scene("hdri_object", samples=FEW, reference=1024, target=3.0),
     Scene("emissive_mesh", samples=FEW, reference=768, target=3.0),
+    Scene("materials-constant", samples=FEW, reference=768),
+    Scene("materials-image", samples=FEW, reference=768),
+    Scene("materials-pbr", samples=FEW, reference=768, target=2.0),
+    Scene("materials-procedural", samples=FEW, reference=768),
+    Scene("materials-many", samples=FEW, reference=768),
+    Scene("materials-one", samples=FEW, reference=768),
     Scene("big_mesh", samples=(1,), reference=0),
 )

@@ -15,14 +15,27 @@ from .arrays import F32, Vec
 from .bsdf import CAMERA, CLEAR, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
 from .geometry.accel import Accel, compile_accel
-from .geometry.attributes import Attributes, compile_attributes
+from .geometry.attributes import VECTOR, Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
 from .geometry.view import compile_view
+from .images.store import side_that_fits
 from .lights import Emitters, Hulls, Lights, compile_hulls, compile_lights, ray_mask
 from .lights.environment import Environment, compile_environment
 from .sampling.patterns import PATTERNS
-from .scene import EVERY_SET, Camera, Cancelled, Lamp, Material, Note, Scene, SceneError
+from .scene import (
+    EVERY_SET,
+    REST,
+    Camera,
+    Cancelled,
+    Lamp,
+    Link,
+    Material,
+    Node,
+    Note,
+    Scene,
+    SceneError,
+)
 from .settings import OPTIONS, Settings
 from .shading import (
     Library,
@@ -33,7 +46,10 @@ from .shading import (
     compile_surface,
     compile_table,
     compile_world,
+    displace,
     fold_lamps,
+    images_below,
+    output_of,
 )
 from .statistics import Preparation
 
@@ -189,7 +205,7 @@ def compile_plan(
     _check_pattern(settings)
 
     # Surfaces: a column for each material that occurs.
-    library = Library()
+    library = Library(_image_side(scene, settings, notes))
     materials, surfaces = _compile_surfaces(scene, settings, notes, library)
     numbers = {id(material): number for number, material in enumerate(materials)}
     transparent = [
@@ -204,6 +220,11 @@ def compile_plan(
     origin = scene.camera.to_world[:, 3]
     if box is not None:
         origin = np.clip(origin, box[0], box[1])
+    instances = displace(scene.instances, origin, library, notes, should_stop)
+    if instances is not scene.instances:
+        scene, box = replace(scene, instances=instances), bounds(instances)
+        if surfaces.reads_spaces:
+            surfaces = surfaces.asking((REST, VECTOR))
     hits = _hits_expected(scene, settings)
     lamps, emissions, lamp_notes = fold_lamps(scene.lamps, library)
     notes += lamp_notes
@@ -274,6 +295,8 @@ def compile_plan(
         triangles=triangles.count if triangles else 0,
         parts=len(accel.parts) if accel else 0,
         lights=lights.count if lights else 0,
+        textures=len(library.store.images),
+        texture_bytes=library.store.memory,
     )
     plan = Plan(
         camera=camera,
@@ -382,6 +405,16 @@ def _compile_surfaces(
         blurred = [compile_surface(_owner(m), m, rules, library) for m in materials]
         table = replace(table, blurred=compile_table(blurred))
     return materials, table
+
+
+def _image_side(scene: Scene, settings: Settings, notes: list[Note]) -> int:
+    """Return what the sides of images are limited to, so that they fit the memory; 0: nothing."""
+    materials = {id(m): m for i in scene.instances for m in i.materials if m is not None}
+    roots = [output_of(material) for material in materials.values()]
+    roots += [Node("Output", "", {"Surface": Link(each.surface, "Surface")})
+              for each in (scene.world, *scene.lamps) if each and each.surface]  # fmt: skip
+    sources = [source for root in roots for source in images_below(root)]
+    return side_that_fits(sources, settings.texture_memory * 2**30, notes) if sources else 0
 
 
 def _compile_environment(scene: Scene, world: WorldShader | None) -> Environment | None:

@@ -68,8 +68,9 @@ class Material:
     """A named surface shader; `surface=None` is a surface that neither scatters nor emits.
 
     Without `transparent_shadow` light passes no transparent part of it.  emission_sampling: NONE,
-    AUTO, FRONT, BACK or FRONT_BACK, the sides that are sampled where it glows.  displacement: what
-    bends the normals everywhere, as if the surface were displaced.
+    AUTO, FRONT, BACK or FRONT_BACK, the sides that are sampled where it glows.  displacement: the
+    way by which the surface is displaced; displacement_method: BUMP bends its normals only,
+    DISPLACEMENT moves the vertices of meshes, BOTH does both.
     """
 
     name: str
@@ -78,6 +79,23 @@ class Material:
     emission_sampling: str = "AUTO"
     index: int = 0  # as the user numbers it
     displacement: Link | None = None
+    displacement_method: str = "BUMP"
+
+    def __post_init__(self) -> None:
+        if self.displacement_method not in ("BUMP", "DISPLACEMENT", "BOTH"):
+            raise SceneError(
+                f"Material '{self.name}': unknown displacement method {self.displacement_method!r}"
+            )
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves vertices."""
+        return self.displacement is not None and self.displacement_method != "BUMP"
+
+    @property
+    def bumps(self) -> bool:
+        """Whether its displacement bends normals."""
+        return self.displacement is not None and self.displacement_method != "DISPLACEMENT"
 
 
 UNIT_SPACE = (np.zeros(3), np.ones(3))
@@ -85,6 +103,9 @@ UNIT_SPACE = (np.zeros(3), np.ones(3))
 # Names of attributes that no user gave: the UV map and the colours that the file renders with, and
 # what custom properties of objects and of the scene begin with
 ACTIVE_UV, ACTIVE_COLOUR = ":uv", ":colour"
+# Attributes with a meaning: the way from a displaced vertex to where it was; whether faces are flat
+# though the mesh has normals of its corners
+REST, SHARP = ":rest", "sharp_face"
 PROPERTIES = {"OBJECT": ":object:", "INSTANCER": ":instancer:", "VIEW_LAYER": ":view layer:"}
 
 

@@ -206,6 +206,15 @@ class Settings:
         maximum=4096.0,
     )
 
+    texture_memory: float = _option(
+        4.0,
+        "Texture Memory",
+        "Gigabytes that images may take before the largest are read at half their size, or less; "
+        "the report names them",
+        minimum=0.001,
+        maximum=4096.0,
+    )
+
     def __post_init__(self) -> None:
         for option in OPTIONS:
             value = getattr(self, option.name)

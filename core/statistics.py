@@ -78,6 +78,8 @@ STATISTICS = (
     Statistic("triangles", "triangles", "triangles after instances are flattened"),
     Statistic("parts", "parts", "Embree scenes"),
     Statistic("lights", "lights", "lamps that can contribute"),
+    Statistic("textures", "images", "images that shaders show"),
+    Statistic("texture_bytes", "bytes", "what the texels of all images take"),
     Statistic("export_seconds", "s", "reading the scene from Blender"),
     Statistic("compile_seconds", "s", "making the plan, without Embree's build"),
     Statistic("build_seconds", "s", "uploading to Embree and building its tree"),
@@ -104,6 +106,8 @@ class Preparation:
     triangles: int = 0
     parts: int = 0
     lights: int = 0
+    textures: int = 0
+    texture_bytes: int = 0
     extra: dict[str, Any] = field(default_factory=dict)
 
 
@@ -118,6 +122,8 @@ def summary(tally: Tally, prepared: Preparation, pixels: int, wall: float) -> di
         "triangles": prepared.triangles,
         "parts": prepared.parts,
         "lights": prepared.lights,
+        "textures": prepared.textures,
+        "texture_bytes": prepared.texture_bytes,
         "export_seconds": prepared.export_seconds,
         "compile_seconds": prepared.compile_seconds,
         "build_seconds": prepared.build_seconds,

@@ -236,6 +236,11 @@ def tree(planted: Any, shader: Node, output: str) -> None:
     planted.links.new(_plant(planted, shader, made).outputs[0], end.inputs["Surface"])
 
 
+def link(thing: Any) -> None:
+    """Put an object that was made elsewhere."""
+    bpy.context.scene.collection.objects.link(thing)
+
+
 def displace(thing: Any, displacement: Node) -> None:
     """Displace what shows an object's first material."""
     planted = thing.data.materials[0].node_tree

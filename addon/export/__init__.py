@@ -93,7 +93,7 @@ class _Content:
         self.override = view_layer.material_override
         self.notes = notes
         self.scene = depsgraph.scene_eval
-        self.images = Images(notes)
+        self.images = Images(notes, depsgraph.scene_eval)
         self.meshes: dict[tuple[int, frozenset[str]], Mesh] = {}
         self.materials: dict[int, Material] = {}
         self.shown: dict[tuple[int, int, int], _Shown | None] = {}

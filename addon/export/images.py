@@ -7,8 +7,10 @@ are in the image's colour space, those of floats scene-linear.
 
 import functools
 import os
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import bpy
 import numpy as np
@@ -25,22 +27,44 @@ _NOT_HONOURED = {
 
 
 class Images:
-    """The images of one export: each is read once, however many nodes show it."""
+    """The images of one export: each is read once, however many nodes show it.
 
-    def __init__(self, notes: list[Note]) -> None:
+    scene: whose Simplify may ask for smaller ones.
+    """
+
+    def __init__(self, notes: list[Note], scene: bpy.types.Scene | None = None) -> None:
         self._notes = notes
+        self._limits = read_limits(scene) if scene else {}
         self._known: dict[tuple[int, str], ImageSource] = {}
 
     def export(self, image: bpy.types.Image, user: bpy.types.ImageUser | None) -> ImageSource:
         """Return where the pixels of an image come from, as a node with the image user shows it."""
         key = image.as_pointer(), _path(image, user)
         if key not in self._known:
-            self._known[key] = export_image(image, user, self._notes)
+            self._known[key] = export_image(image, user, self._notes, self._limits)
         return self._known[key]
 
 
+def read_limits(scene: bpy.types.Scene) -> dict[str, float]:
+    """Return what Simplify asks of images: `resolution` and `side` of an ImageSource.
+
+    They are settings of Cycles, there while its add-on is enabled.
+    """
+    cycles = getattr(scene, "cycles", None)
+    if not scene.render.use_simplify or cycles is None:
+        return {}
+    side = getattr(cycles, "texture_limit_render", "OFF")
+    return {
+        "resolution": getattr(cycles, "texture_resolution_render", 1.0),
+        "side": 0 if side == "OFF" else int(side),
+    }
+
+
 def export_image(
-    image: bpy.types.Image, user: bpy.types.ImageUser | None, notes: list[Note]
+    image: bpy.types.Image,
+    user: bpy.types.ImageUser | None,
+    notes: list[Note],
+    limits: Mapping[str, float] = MappingProxyType({}),
 ) -> ImageSource:
     """Return where the pixels of an image come from, as a node with the image user shows it."""
     name = f"Image '{image.name}'"
@@ -63,6 +87,7 @@ def export_image(
         alpha_mode=image.alpha_mode,
         working_space=working_space(),
         config=configuration(),
+        **limits,
     )
     if image.source != "TILED" or pixels is not None:
         return source

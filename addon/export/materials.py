@@ -45,8 +45,6 @@ def export_material(
     owner = f"Material '{material.name}'"
     reader = _Reader(notes, images or Images(notes))
     surface, displacement = reader.read_output(tree, owner)
-    if displacement is not None and material.displacement_method != "BUMP":
-        notes.append(Note(owner, "its displacement only bends the normals: the mesh stays"))
     cycles = getattr(material, "cycles", None)  # there while the Cycles add-on is enabled
     return Material(
         material.name,
@@ -55,6 +53,7 @@ def export_material(
         index=material.pass_index,
         emission_sampling=getattr(cycles, "emission_sampling", "AUTO"),
         displacement=displacement,
+        displacement_method=material.displacement_method,
     )
 
 

@@ -1,7 +1,7 @@
 """name -> scene in Blender.  One module per scene, whose `build` makes it in an empty file.
 
 Nothing is stored: a scene is its script, and numbers drawn at random come from a fixed seed.
-Inputs of nodes are constant, except for the world's picture in `hdri_object`.
+A name with a dash, `module-variant`, is one of several scenes of a module.
 """
 
 import ast
@@ -15,13 +15,16 @@ SHARED = (FOLDER / "shapes.py", FOLDER.parent.parent / "examples" / "_stage.py")
 
 def build(name: str) -> None:
     """Make the scene of this name in an empty file."""
-    import_module(f".{name}", __package__).build()
+    module, _, variant = name.partition("-")
+    import_module(f".{module}", __package__).build(*([variant.upper()] if variant else []))
 
 
 def fingerprint(name: str) -> bytes:
     """Return a hash of the code that makes the scene; comments and docstrings do not count."""
     digest = hashlib.sha256()
-    for path in (FOLDER / f"{name}.py", *SHARED):
+    module, _, variant = name.partition("-")
+    digest.update(variant.encode())
+    for path in (FOLDER / f"{module}.py", *SHARED):
         tree = ast.parse(path.read_text("utf-8"))
         for node in ast.walk(tree):
             if isinstance(node, ast.Module | ast.FunctionDef) and ast.get_docstring(node):

@@ -5,6 +5,7 @@ or 16 bytes brings a texel.  Colours are associated (multiplied with alpha).  An
 encoded, and is decoded after texels have been mixed, as in Cycles: that shows at magnified edges.
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +32,26 @@ class ImageSource:
     working_space: str = "Linear Rec.709"  # the scene-linear space
     tiles: tuple[tuple[int, "ImageSource"], ...] = ()  # UDIM: instead of a picture of its own
     config: str = ""  # OpenColorIO's configuration file; only spaces that are not built in need it
+    resolution: float = 1.0  # halved so many times that its sides are at most this large a part
+    side: int = 0  # or as many texels as this, 0 is any number
+
+    @property
+    def file_key(self) -> Hashable:
+        """What its pixels come from."""
+        return self.path or id(self)
+
+    @property
+    def key(self) -> Hashable:
+        """What its picture depends on; sources with the same are the same."""
+        if self.pixels is not None or self.tiles:
+            return id(self)
+        how = self.colorspace, self.is_data, self.alpha_mode, self.working_space, self.config
+        return self.file_key, how, self.resolution, self.side
+
+    @property
+    def parts(self) -> tuple["ImageSource", ...]:
+        """Itself, or its tiles."""
+        return tuple(tile for _, tile in self.tiles) or (self,)
 
     def __post_init__(self) -> None:
         if self.alpha_mode not in ALPHA_MODES:
@@ -43,7 +64,8 @@ class ImageSource:
 class Image:
     """Texels as one number each, the bottom row first; see `make_image`.
 
-    texels (height width,) unsigned integers or complex128, which are four numbers of `dtype`.
+    texels (height width,) unsigned integers or complex128, which are four numbers of `dtype`; of a
+    grey image just these numbers.
     """
 
     texels: NDArray[Any]
@@ -53,6 +75,12 @@ class Image:
     is_srgb: bool = False
     has_alpha: bool = False  # a texel whose alpha is not 1
     can_unassociate: bool = True  # not if it is data, or if alpha is a channel like the others
+    is_grey: bool = False  # and opaque everywhere
+
+    @property
+    def memory(self) -> int:
+        """What the texels take [bytes]."""
+        return self.texels.nbytes
 
 
 _PACKED: dict[int, np.dtype[Any]] = {
@@ -64,9 +92,12 @@ _PACKED: dict[int, np.dtype[Any]] = {
 
 def make_image(pixels: NDArray[Any], is_srgb: bool = False, can_unassociate: bool = True) -> Image:
     """Return the image of pixels (H, W, 4), uint8, uint16, float16 or float32."""
-    pixels = np.ascontiguousarray(pixels)
     height, width, _ = pixels.shape
     one = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+    if _is_grey(pixels, one):
+        grey = np.ascontiguousarray(pixels[:, :, 0]).reshape(-1)
+        return Image(grey, width, height, pixels.dtype, is_srgb, is_grey=True)
+    pixels = np.ascontiguousarray(pixels)
     return Image(
         texels=pixels.reshape(-1, 4).view(_PACKED[pixels.dtype.itemsize]).reshape(-1),
         width=width,
@@ -76,6 +107,33 @@ def make_image(pixels: NDArray[Any], is_srgb: bool = False, can_unassociate: boo
         has_alpha=bool((pixels[:, :, 3] != one).any()),
         can_unassociate=can_unassociate,
     )
+
+
+def image_size(width: int, height: int, side: int, resolution: float = 1.0) -> tuple[int, int]:
+    """Return width and height after halving until both are at most `side` (0: any) texels.
+
+    And at most this part of what they were.
+    """
+    factor = halvings(width, height, side, resolution)
+    return max(width // factor, 1), max(height // factor, 1)
+
+
+def halvings(width: int, height: int, side: int, resolution: float = 1.0) -> int:
+    """Return by which power of two an image is made smaller; see `image_size`."""
+    largest, factor = max(width, height), 1
+    while (side and largest > side * factor) or resolution * factor < 1:
+        factor *= 2
+    return factor
+
+
+def _is_grey(pixels: NDArray[Any], one: int) -> bool:
+    """Tell whether pixels (H, W, 4) are opaque and have no colour; most that have show it soon."""
+    for step in (64, 1):
+        part = pixels[::step]
+        for channel, value in ((3, one), (1, part[:, :, 0]), (2, part[:, :, 0])):
+            if (part[:, :, channel] != value).any():
+                return False
+    return True
 
 
 @dataclass(frozen=True, eq=False)

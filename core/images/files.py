@@ -7,6 +7,8 @@ straight alpha, to half floats at least.
 """
 
 import functools
+from collections.abc import Callable, Hashable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,20 +16,53 @@ from numpy.typing import NDArray
 
 from ..arrays import F32
 from ..scene import Note
-from . import MAGENTA, Image, ImageSource, Tiles, make_image
+from . import ALPHA_MODES, MAGENTA, Image, ImageSource, Tiles, halvings, make_image
 from .lookup import decode_srgb
 
 REC709 = "Linear Rec.709"
 
 
-def load_image(source: ImageSource, notes: list[Note]) -> Image | Tiles:
-    """Return the image of a source; magenta, and a note that names it, if it cannot be read."""
+Keep = Callable[[Hashable, Callable[[], Any]], Any]
+
+
+def load_image(
+    source: ImageSource,
+    notes: list[Note],
+    side: int = 0,
+    keep: Keep = lambda key, make: make(),
+) -> Image | Tiles:
+    """Return the image of a source; magenta, and a note that names it, if it cannot be read.
+
+    Its sides are at most `side` texels, 0 is any number.  keep(key, make) returns what is known by
+    a key, made if it is not: images that differ in their colour space may share texels.
+    """
     if source.tiles:
-        return Tiles(tuple((number, _load(tile, notes)) for number, tile in source.tiles))
-    return _load(source, notes)
+        tiles = ((number, _load(tile, notes, side, keep)) for number, tile in source.tiles)
+        return Tiles(tuple(tiles))
+    return _load(source, notes, side, keep)
 
 
-def _load(source: ImageSource, notes: list[Note]) -> Image:
+def _load(source: ImageSource, notes: list[Note], side: int, keep: Keep) -> Image:
+    if source.pixels is None and source.path and not _is_converted(source, notes):
+        # As they are in the file: what is made of alpha is all that matters, if there is any
+        alpha = "PREMUL" if source.is_data else source.alpha_mode
+        limits = source.resolution, source.side, side
+        image = keep((source.path, alpha, limits), lambda: _make(source, notes, side))
+        if image is MAGENTA:
+            return MAGENTA
+        for other in ALPHA_MODES if not image.has_alpha and alpha != "NONE" else ():
+            keep((source.path, other, limits), lambda: image)
+        way = "LINEAR" if source.is_data else _way(source, [])
+        can = not source.is_data and source.alpha_mode in ("STRAIGHT", "PREMUL")
+        return replace(image, is_srgb=way == "SRGB", can_unassociate=can)
+    return _make(source, notes, side)
+
+
+def _is_converted(source: ImageSource, notes: list[Note]) -> bool:
+    return not source.is_data and _way(source, notes) == "CONVERT"
+
+
+def _make(source: ImageSource, notes: list[Note], side: int) -> Image:
     if source.pixels is not None:
         pixels = source.pixels
     elif not source.path:
@@ -39,6 +74,7 @@ def _load(source: ImageSource, notes: list[Note]) -> Image:
             notes.append(Note(source.name, f"it cannot be read and is shown in magenta: {error}"))
             return MAGENTA
     has_alpha = not source.is_data and source.alpha_mode in ("STRAIGHT", "PREMUL")
+    pixels = _shrunk(pixels, source, side)
     is_linear = source.is_data or (source.pixels is not None and pixels.dtype == F32)
     way = "LINEAR" if is_linear else _way(source, notes)
 
@@ -82,6 +118,36 @@ def _read(path: str) -> NDArray[Any]:
 
 
 _TYPES = {"half": "half", "float": "float", "double": "float", "uint16": "uint16"}
+
+
+def read_header(path: str) -> tuple[int, int, int] | None:
+    """Return width, height and the bytes of a texel of an image file, None if it is none."""
+    import OpenImageIO as oiio  # noqa: N813
+
+    file = oiio.ImageInput.open(path)
+    if file is None:
+        oiio.geterror()
+        return None
+    spec = file.spec()
+    number = {"half": 2, "uint16": 2, "float": 4, "double": 4}.get(str(spec.format), 1)
+    file.close()
+    return spec.width, spec.height, number * (1 if spec.nchannels == 1 else 4)
+
+
+def _shrunk(pixels: NDArray[Any], source: ImageSource, side: int) -> NDArray[Any]:
+    """Return pixels as the limits have them: means of squares, of the numbers as they are."""
+    height, width, channels = pixels.shape
+    if side and source.side:
+        side = min(side, source.side)
+    factor = halvings(width, height, side or source.side, source.resolution)
+    if factor == 1:
+        return pixels
+    wide, high = max(width // factor, 1), max(height // factor, 1)
+    rows, columns = min(factor, height), min(factor, width)
+    whole = pixels[: high * rows, : wide * columns]
+    squares = whole.reshape(high, rows, wide, columns, channels)
+    mean = squares.mean(axis=(1, 3), dtype=F32)
+    return (np.rint(mean) if pixels.dtype.kind == "u" else mean).astype(pixels.dtype)
 
 
 def _four_channels(pixels: NDArray[Any]) -> NDArray[Any]:

@@ -1,6 +1,7 @@
 """image, coordinates -> colours.  Mixing of texels, and what lies beyond the edges.
 
-Each axis yields the texels that take part and their weights; a colour is the sum over both.
+Each axis yields the texels that take part and their weights; a colour is the sum over both.  Where
+images of a set have the same size, their texels are found once.
 Interpolation: CLOSEST one texel, LINEAR two, CUBIC and SMART four of the cubic B-spline, which
 blurs a little (Cycles renders both alike).  Beyond the edges: REPEAT, EXTEND (the last texel),
 CLIP (transparent black), MIRROR.
@@ -31,19 +32,42 @@ def lookup(
     Colours are associated, unless `unassociate` asks for straight ones: Blender does where the
     node's Alpha output is used.
     """
-    count = TAPS[interpolation]
-    columns = _taps(u, image.width, count, extension)
-    rows = _taps(v, image.height, count, extension)
-    width = np.int32(image.width)
+    taps = find_taps(u, v, image.width, image.height, interpolation, extension)
+    return mix_taps(image, taps, unassociate)
 
-    # Sum over the texels
-    total = None
-    for row, weight in rows:
-        line = _line(image, row * width, columns)
+
+def find_taps(
+    u: Scalar, v: Scalar, width: int, height: int, interpolation: str, extension: str
+) -> list[Tap]:
+    """Return texels of an image of this size and their weights (N,), which add up to 1 inside.
+
+    Images of one size that are looked up at the same places share them.
+    """
+    count = TAPS[interpolation]
+    columns = _taps(u, width, count, extension)
+    rows = _taps(v, height, count, extension)
+    taps: list[Tap] = []
+    for row, share in rows:
+        start = row * np.int32(width)
+        for column, weight in columns:
+            both = share if weight is None else weight if share is None else weight * share
+            taps.append((start + column, both))
+    return taps
+
+
+def mix_taps(image: Image, taps: list[Tap], unassociate: bool = False) -> Vec:
+    """Return colour and alpha (4, N) of weighed texels; see `lookup`."""
+    if image.is_grey:
+        return _from_grey(image, taps)
+    total: Vec | None = None
+    for index, weight in taps:
+        # Every index is inside; clip is take's fastest mode
+        packed = image.texels.take(index, mode="clip")
+        texel: Vec = np.array(packed.view(image.dtype).reshape(-1, 4).T, F32, order="C")
         if weight is not None:
-            line *= weight
-        total = line if total is None else np.add(total, line, out=total)
-    assert total is not None  # there is at least one row
+            texel *= weight
+        total = texel if total is None else np.add(total, texel, out=total)
+    assert total is not None  # there is at least one texel
     if image.dtype.kind == "u":
         total *= F32(1.0 / np.iinfo(image.dtype).max)
 
@@ -56,27 +80,38 @@ def lookup(
     return total
 
 
-def decode_srgb(colour: Vec) -> Vec:
-    """Return linear colours (..., N) of sRGB ones (IEC 61966-2-1); those below 0 become 0."""
-    low = np.maximum(colour, F32(0))
-    high = low + F32(0.055)
-    high *= F32(1 / 1.055)
-    np.power(high, F32(2.4), out=high)
-    return np.where(low < F32(0.04045), low * F32(1 / 12.92), high)
-
-
-def _line(image: Image, start: Ids, columns: list[Tap]) -> Vec:
-    """Return the sum (4, N) over one row of texels."""
-    total = None
-    for column, weight in columns:
-        # Every index is inside; clip is take's fastest mode
-        packed = image.texels.take(start + column, mode="clip")
-        texel: Vec = np.array(packed.view(image.dtype).reshape(-1, 4).T, F32, order="C")
+def mix_grey(image: Image, taps: list[Tap]) -> Scalar:
+    """Return the grey (N,) of weighed texels of a grey image."""
+    total: Scalar | None = None
+    for index, weight in taps:
+        texel: Scalar = image.texels.take(index, mode="clip").astype(F32)
         if weight is not None:
             texel *= weight
         total = texel if total is None else np.add(total, texel, out=total)
-    assert total is not None  # there is at least one column
-    return total
+    assert total is not None  # there is at least one texel
+    if image.dtype.kind == "u":
+        total *= F32(1.0 / np.iinfo(image.dtype).max)
+    return decode_srgb(total) if image.is_srgb else total
+
+
+def _from_grey(image: Image, taps: list[Tap]) -> Vec:
+    """Return colour and alpha (4, N); where there is no texel, alpha is less than 1."""
+    grey = mix_grey(image, taps)
+    out = np.empty((4, grey.size), F32)
+    out[:3] = grey
+    weights = [weight for _, weight in taps if weight is not None]
+    out[3] = np.add.reduce(weights) if weights else F32(1)
+    return out
+
+
+def decode_srgb(colour: Vec) -> Vec:
+    """Return linear colours (..., N) of sRGB ones (IEC 61966-2-1); those below 0 become 0."""
+    low = np.maximum(colour, F32(0))
+    high: Vec = low + F32(0.055)
+    high *= F32(1 / 1.055)
+    np.power(high, F32(2.4), out=high)
+    np.multiply(low, F32(1 / 12.92), out=high, where=low < F32(0.04045))
+    return high
 
 
 def _taps(place: Scalar, size: int, count: int, extension: str) -> list[Tap]:

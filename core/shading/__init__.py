@@ -2,7 +2,8 @@
 
 from .closures import LobeAt, Shaded, SurfaceTable, choose, columns, compile_table
 from .context import Arrival, Place
-from .graph import Library
+from .displacement import displace
+from .graph import Library, images_below, output_of
 from .lamps import LampShaders, fold_lamps
 from .rules import Rules
 from .surface import Surface
@@ -25,5 +26,8 @@ __all__ = [
     "compile_surface",
     "compile_table",
     "compile_world",
+    "displace",
     "fold_lamps",
+    "images_below",
+    "output_of",
 ]

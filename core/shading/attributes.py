@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import F32, Vec, cross, dot, normalize
 from ..geometry.attributes import ALPHA, VECTOR, Asked
-from ..scene import ACTIVE_COLOUR, ACTIVE_UV, PROPERTIES, Link, Material, Node
+from ..scene import ACTIVE_COLOUR, ACTIVE_UV, PROPERTIES, SHARP, Link, Material, Node
 from . import values
 from .context import Context
 from .graph import links_below, output_of
@@ -41,6 +41,9 @@ ASKS: dict[str, Callable[[Node], str | None]] = {
     "Attribute": attribute_of,
     "VertexColor": layer_of,
     "NormalMap": _is("space", "TANGENT"),
+    "VectorDisplacement": lambda n: (
+        ACTIVE_UV if n.properties.get("space", "TANGENT") == "TANGENT" else None
+    ),
     "Tangent": _is("direction_type", "UV_MAP"),
     "TexImage": lambda n: None if isinstance(n.inputs.get("Vector"), Link) else ACTIVE_UV,
 }
@@ -48,7 +51,7 @@ ASKS: dict[str, Callable[[Node], str | None]] = {
 
 def attributes_wanted(material: Material) -> frozenset[str]:
     """Return the names of all attributes that a material may ask for."""
-    names = set()
+    names: set[str | None] = {SHARP} if material.moves else set()
     for link in links_below(output_of(material)):
         asks = ASKS.get(link.node.kind)
         if asks is not None:
@@ -82,7 +85,7 @@ def asked_by(order: tuple[Value, ...]) -> Iterator[Asked]:
     """Yield what steps ask meshes for."""
     for item in order:
         function, static = reader(item)
-        if function in (attribute, along_u, framed):
+        if function in (attribute, along_u, framed, in_frame):
             yield static[0]
 
 
@@ -103,6 +106,20 @@ def framed(context: Context, local: Array, asked: Asked) -> Vec:
     vector *= np.where(context.back, F32(-1), F32(1))
     lost = ~(dot(vector, vector) > F32(0.5)) | (side == 0)
     return np.where(lost, context.normal, vector) if lost.any() else vector
+
+
+def in_frame(context: Context, local: Array, asked: Asked) -> Vec:
+    """Return vectors (3, n) of objects, of vectors along a UV map's u, the normal and v.
+
+    Without a map they run about the object's z, as on a globe.
+    """
+    up = context.into_object(context.normal, "NORMAL")
+    found = context.attribute(asked)
+    if found is None:
+        return up * local[1]
+    across = normalize(cross(up, found[3:6])) * found[6]
+    vector: Vec = found[3:6] * local[0] + up * local[1] + across * local[2]
+    return vector
 
 
 def along_u(context: Context, asked: Asked) -> Vec:

@@ -219,6 +219,10 @@ class SurfaceTable:
     place: Place = NOWHERE
     blurred: "SurfaceTable | None" = None
 
+    def asking(self, asked: Asked) -> "SurfaceTable":
+        """Return the table with one more attribute that is asked of meshes."""
+        return replace(self, attributes=self.attributes | {asked})
+
     @property
     def has_specular(self) -> bool:
         """Whether any closure is glossy: rays from it may have to meet lamps."""

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec, cross, dot, normalize, take
 from ..bsdf.kinds import CAMERA, DIFFUSE
-from ..geometry.attributes import Asked, Attributes
+from ..geometry.attributes import VECTOR, Asked, Attributes
 from ..geometry.mesh import Triangles
 from ..geometry.silhouette import bent_normals
 from ..geometry.spaces import Spaces
 from ..geometry.surface import Points
 from ..geometry.view import View
+from ..scene import REST
 
 NEVER = np.finfo(np.float32).max  # the length of rays that meet nothing, as in Cycles
 
@@ -180,9 +181,64 @@ class Context:
         return a, b, c
 
     @cached_property
+    def rest(self) -> Vec:
+        """Places (3, n) about the local origin [m] as they were before meshes were displaced."""
+        if (REST, VECTOR) not in self.place.attributes:
+            return self.local
+        u, v = self.of(self.points.u), self.of(self.points.v)
+        a, b, c = self.rest_corners
+        rest: Vec = a * (F32(1) - u - v)
+        rest += b * u
+        rest += c * v
+        return rest
+
+    @cached_property
+    def rest_corners(self) -> tuple[Vec, Vec, Vec]:
+        """The corners (3, n) of the triangles before meshes were displaced [m]."""
+        table = self.place.attributes.get((REST, VECTOR))
+        if table is None:
+            return self.corners
+        zero, one = np.zeros(self.size, F32), np.ones(self.size, F32)
+        places = ((zero, zero), (one, zero), (zero, one))
+        ways = (table.at(self.triangle, self.instance, u, v) for u, v in places)
+        a, b, c = (
+            corner + self.out_of_object(way, "VECTOR")
+            for corner, way in zip(self.corners, ways, strict=True)
+        )
+        return a, b, c
+
+    @cached_property
+    def undisplaced(self) -> "Context":
+        """The context of the same points where they were before meshes were displaced.
+
+        Smooth normals are the mesh's, which has kept them; flat ones are those that were.
+        """
+        points = self.points if self.index is None else self.points.take(self.index)
+        a, b, c = self.rest_corners
+        normal = points.normal
+        if points.smooth is None or not points.smooth.all():
+            flat = normalize(cross(b - a, c - a))
+            flat = np.where(points.back, np.negative(flat), flat)
+            normal = flat if points.smooth is None else np.where(points.smooth, normal, flat)
+        moved = replace(points, position=self.rest, normal=normal)
+        return Context(moved, self.arrival, None, self.place)
+
+    def rest_way(self, axis: int) -> Vec:
+        """Return the ways (3, n) on the surfaces as they were of a pixel along an axis."""
+        assert self.place.triangles is not None
+        way = self.sideways[axis] * self.pixel
+        du, dv = self.place.triangles.barycentric(
+            self.triangle, np.where(self.back, np.negative(way), way)
+        )
+        a, b, c = self.rest_corners
+        way = (b - a) * du
+        way += (c - a) * dv
+        return way
+
+    @cached_property
     def in_texture_space(self) -> Vec:
         """Places (3, n) in the box of the object: -1 to 1 in each direction."""
-        return self.spaces.in_texture_space(self.local, self.instance)
+        return self.spaces.in_texture_space(self.rest, self.instance)
 
     @cached_property
     def generated(self) -> Vec:

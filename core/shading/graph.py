@@ -4,10 +4,12 @@ Each kind of node is a function of `nodes.NODES` that makes values out of the no
 is not there yet is written down by name and replaced by the socket's own value: never silently.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
+from ..images import ImageSource
+from ..images.store import Store
 from ..scene import Colour, Link, Material, Node, Note, Socket
 from .sky.disc import Disc
 from .values import COLOUR, FLOAT, VECTOR, Value, constant, grey, value, widened
@@ -17,10 +19,14 @@ NodeFunction = Callable[["Graph", Node, str], Value | None]
 
 
 class Library:
-    """What is made once for all shaders of a scene: images, skies, by the id of their source."""
+    """What is made once for all shaders of a scene: skies, by the id of their source, and images.
 
-    def __init__(self) -> None:
+    side: what both sides of images are limited to, 0 is no limit.
+    """
+
+    def __init__(self, side: int = 0) -> None:
         self._known: dict[int, Any] = {}
+        self.store = Store(side)
 
     def get(self, key: int, make: Callable[[], Any]) -> Any:
         """Return what is known by `key`, made if it is not."""
@@ -53,7 +59,7 @@ class Graph:
         self._table = table
         self._root = root
         self._known: dict[tuple[int, str], Value | None] = {}
-        self._shared: dict[int, Value] = {}
+        self._shared: dict[Hashable, Value] = {}
 
     def note(self, what: str) -> None:
         """Write down, once, what the picture does not honour."""
@@ -101,11 +107,11 @@ class Graph:
         """Whether an output feeds anything."""
         return (id(node), output) in self._used
 
-    def share(self, node: Node, make: Callable[[], Value]) -> Value:
-        """Return what several outputs of a node are picked from, made once."""
-        if id(node) not in self._shared:
-            self._shared[id(node)] = make()
-        return self._shared[id(node)]
+    def share(self, key: Hashable, make: Callable[[], Value]) -> Value:
+        """Return what is known by a key, such as the id of a node, made once."""
+        if key not in self._shared:
+            self._shared[key] = make()
+        return self._shared[key]
 
     def choice(self, node: Node, name: str, default: Any) -> Any:
         """Return one of the node's own choices."""
@@ -165,6 +171,14 @@ def links_below(root: Node | None) -> Iterator[Link]:
             if isinstance(found, Link):
                 yield found
                 stack.append(found.node)
+
+
+def images_below(root: Node | None) -> Iterator[ImageSource]:
+    """Yield the sources of images that nodes below a node show."""
+    for link in links_below(root):
+        source = link.node.properties.get("image")
+        if isinstance(source, ImageSource):
+            yield source
 
 
 def output_of(material: Material) -> Node:

@@ -63,6 +63,18 @@ def bump(
     return read(_bumped, height, *beside, strength, distance, normal, kind=VECTOR, static=static)
 
 
+def bump_undisplaced(height: Value, normal: Value, width: float) -> Value:
+    """Return unit normals that a height [m] bends, of a surface that is displaced as well.
+
+    All is looked at where the surface was; the slope is taken in the space of the object (Cycles).
+    """
+    if height.is_constant:
+        return normal
+    heights = (height, *(beside_of(height, axis, width) for axis in (0, 1)))
+    heights, normal = tuple(map(undisplaced_of, heights)), undisplaced_of(normal)
+    return read(bumped_in_object, *heights, normal, kind=VECTOR, static=(F32(width),))
+
+
 def _bumped(
     context: Context,
     middle: Array,
@@ -92,14 +104,43 @@ def _bumped(
     return np.where(dot(mixed, mixed) > F32(0.5), mixed, normal)
 
 
+def bumped_in_object(
+    context: Context, middle: Array, along: Array, across: Array, normal: Array, width: np.float32
+) -> Vec:
+    """Return unit normals (3, n) of heights where the surface was, in the middle and beside."""
+    # Two ways on the surface as it was, and its normal, in the space of the object
+    x, y = (context.into_object(context.rest_way(axis), "VECTOR") for axis in (0, 1))
+    n = context.into_object(normal, "NORMAL")
+
+    # The normal of the raised surface
+    across_x, across_y = cross(y, n), cross(n, x)
+    area = dot(x, across_x)
+    slope = across_x * (along - middle)
+    slope += across_y * (across - middle)
+    bent: Vec = (n * (np.abs(area) * width)).astype(F32, copy=False)
+    bent -= slope * np.sign(area)
+    bent = normalize(context.out_of_object(normalize(bent), "NORMAL"))
+    return np.where(dot(bent, bent) > F32(0.5), bent, normal)
+
+
 def beside_of(output: Value, axis: int, width: float) -> Value:
     """Return a value as it is `width` pixels beside the hit, along one of two axes."""
+    return _looked_at(output, beside, (axis, F32(width)))
+
+
+def undisplaced_of(output: Value) -> Value:
+    """Return a value as it is where the surface was before it was displaced."""
+    return _looked_at(output, undisplaced, ())
+
+
+def _looked_at(output: Value, elsewhere: Callable[..., Any], where: tuple[Any, ...]) -> Value:
+    """Return a value whose steps read the context through a function, `elsewhere`."""
     copies: dict[int, Value] = {}
     for item in walk([output]):
         args = tuple(copies[id(arg)] for arg in item.args)
-        if item.reads and item.function is not beside:
-            static = axis, F32(width), item.function, item.static
-            copies[id(item)] = Value(item.kind, None, beside, args, static, reads=True)
+        if item.reads and item.function is not elsewhere:
+            static = *where, item.function, item.static
+            copies[id(item)] = Value(item.kind, None, elsewhere, args, static, reads=True)
         elif any(a is not b for a, b in zip(args, item.args, strict=True)):
             copies[id(item)] = Value(
                 item.kind, None, item.function, args, item.static, reads=item.reads
@@ -115,6 +156,15 @@ def beside(context: Context, *args: Any) -> Any:
     return function(context.beside(axis, width), *values, *static)
 
 
+def undisplaced(context: Context, *args: Any) -> Any:
+    """Return what a step reads where the surface was: args, function, static."""
+    *values, function, static = args
+    return function(context.undisplaced, *values, *static)
+
+
 def reader(item: Value) -> tuple[Callable[..., Any] | None, tuple[Any, ...]]:
     """Return what a step reads the context with, and its static arguments, also of those beside."""
-    return item.static[2:4] if item.function is beside else (item.function, item.static)
+    function, static = item.function, item.static
+    while function in (beside, undisplaced):
+        function, static = static[-2:]
+    return function, static

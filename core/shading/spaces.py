@@ -1,6 +1,6 @@
 """program steps -> verdict.  Which of them read the objects that were hit."""
 
-from .attributes import along_u, framed
+from .attributes import along_u, framed, in_frame
 from .nodes.coordinates import (
     generated,
     instancer_fact,
@@ -13,6 +13,7 @@ from .nodes.image import boxed
 from .nodes.normals import displaced_in_object, mapped_in_object
 from .nodes.objects import fact
 from .nodes.triangle import parametric
+from .normals import bumped_in_object
 from .tangents import around_z
 
 READS_SPACES = frozenset(
@@ -20,10 +21,12 @@ READS_SPACES = frozenset(
         along_u,
         around_z,
         boxed,
+        bumped_in_object,
         displaced_in_object,
         fact,
         framed,
         generated,
+        in_frame,
         instancer_fact,
         into_object,
         mapped_in_object,

@@ -12,7 +12,7 @@ from .graph import Graph, Library, NodeFunction, output_of, title
 from .inputs import NORMAL
 from .nodes import NODES
 from .nodes.normals import FILTER_WIDTH
-from .normals import bump
+from .normals import bump, bump_undisplaced
 from .rules import Rules
 from .shaders import SHADER_INPUTS, SHADERS
 from .surface import Lobe, Surface
@@ -32,21 +32,26 @@ def compile_surface(
     elif material.surface is not None:
         surface.graph.material_index = material.index
         _follow(surface, material.surface)
-    if material is not None and material.displacement is not None:
-        surface.bent = _displaced(surface.graph, output_of(material))
+    if material is not None and material.bumps:
+        surface.bent = _displaced(surface.graph, output_of(material), material.moves)
     if surface.transparency is not None:
         share = average(surface.transparency)
         surface.lobes.append(Lobe("transparent", surface.transparency, (), share))
     return surface
 
 
-def _displaced(graph: Graph, output: Node) -> Value | None:
-    """Return the shading normal of a surface that is displaced along its normal."""
+def _displaced(graph: Graph, output: Node, is_moved: bool) -> Value | None:
+    """Return the shading normal of a surface that is displaced along its normal.
+
+    is_moved: the mesh is displaced as well.
+    """
     way = graph.vector(output, "Displacement")
     assert way is not None
     height = step(dot, way, NORMAL, kind=FLOAT)
     if way.is_constant:
         return None
+    if is_moved:
+        return bump_undisplaced(height, NORMAL, FILTER_WIDTH)
     return bump(height, constant(1.0), constant(1.0), NORMAL, FILTER_WIDTH)
 
 

@@ -183,6 +183,8 @@ def mix(a: Number, b: Number, share: Number) -> Value:
 
 def grey(number: Value) -> Value:
     """Return a value as a scalar: the luminance of a colour, the mean of a vector (Blender)."""
+    if number.function is _repeat:
+        return number.args[0]
     if number.kind == COLOUR:
         return step(_luminance, number, kind=FLOAT)
     return step(mean, number, kind=FLOAT) if number.kind == VECTOR else number
@@ -190,6 +192,8 @@ def grey(number: Value) -> Value:
 
 def average(number: Value) -> Value:
     """Return the mean of the components as a scalar."""
+    if number.function is _repeat:
+        return number.args[0]
     return number if number.kind == FLOAT else step(mean, number, kind=FLOAT)
 
 

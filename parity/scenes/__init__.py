@@ -10,6 +10,7 @@ from . import (
     bumps,
     coats,
     dielectrics,
+    displacement,
     emitters,
     inputs,
     lamps,
@@ -24,7 +25,7 @@ from . import (
 from .scene import Scene
 
 _MODULES = (basics, lamps, skies, emitters, dielectrics, metals, coats, shaders, inputs)
-_MODULES += (transparency, visibility, normals, bumps, limits)
+_MODULES += (transparency, visibility, normals, bumps, displacement, limits)
 
 ALL: tuple[Scene, ...] = tuple(scene for module in _MODULES for scene in module.ROWS)
 SCENES: dict[str, Scene] = {scene.name: scene for scene in ALL}

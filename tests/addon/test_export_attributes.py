@@ -50,3 +50,44 @@ def test_meshes_bring_the_attributes_that_their_materials_ask_for(blender):
     assert is_one
     assert fits
     assert plain == {}
+
+
+def displaced():
+    import bpy
+    from inside import add, empty_scene, exported, mesh
+
+    empty_scene()
+    found = {}
+    corners = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 1))
+    for method in ("BUMP", "DISPLACEMENT", "BOTH"):
+        material = bpy.data.materials.new(method)
+        material.use_nodes = True
+        material.displacement_method = method
+        tree = material.node_tree
+        node = tree.nodes.new("ShaderNodeDisplacement")
+        output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+        tree.links.new(node.outputs[0], output.inputs["Displacement"])
+        item = mesh(method, corners, ((0, 1, 2), (1, 3, 2)))
+        item.materials.append(material)
+        item.polygons.foreach_set("use_smooth", [True, False])
+        add(method, item)
+    scene, _ = exported()
+    for instance in scene.instances:
+        sharp = instance.mesh.attributes.get("sharp_face")
+        found[instance.name] = (
+            instance.materials[0].displacement_method,
+            instance.materials[0].displacement.node.kind,
+            None if sharp is None else (sharp.domain, sharp.values[:, 0].tolist()),
+        )
+    return found, [note.what for note in scene.notes]
+
+
+def test_materials_say_how_they_displace_and_their_meshes_which_faces_are_flat(blender):
+    found, notes = blender(displaced)
+    flat = ("FACE", [0.0, 1.0])
+    assert found == {
+        "BUMP": ("BUMP", "Displacement", None),
+        "DISPLACEMENT": ("DISPLACEMENT", "Displacement", flat),
+        "BOTH": ("BOTH", "Displacement", flat),
+    }
+    assert notes == []

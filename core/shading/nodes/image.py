@@ -6,14 +6,13 @@ import numpy as np
 
 from ...arrays import F32, Scalar, Vec
 from ...images import Image, Tiles
-from ...images.files import load_image
-from ...images.lookup import lookup
+from ...images.lookup import find_taps, lookup, mix_grey, mix_taps
 from ...images.projection import sphere, tube
 from ...scene import ACTIVE_UV, Node
 from ..attributes import read_attribute
 from ..context import Context
 from ..graph import Graph, NodeFunction, title
-from ..values import COLOUR, FLOAT, SEVERAL, Array, Value, constant, read
+from ..values import COLOUR, FLOAT, SEVERAL, Array, Value, constant, read, widened
 from .legacy import mapped
 
 PROJECTIONS = {"SPHERE": sphere, "TUBE": tube}
@@ -21,7 +20,9 @@ MAGENTA = np.array([[1], [0], [1], [1]], F32)
 
 
 def _image(graph: Graph, node: Node, output: str) -> Value:
-    looked_up = graph.share(node, lambda: _texels(graph, node))
+    looked_up = graph.share(id(node), lambda: _texels(graph, node))
+    if looked_up.kind == FLOAT:
+        return constant(1.0) if output == "Alpha" else widened(looked_up, COLOUR)
     if looked_up.constant is not None:
         texel = looked_up.constant
         return constant(texel[3], FLOAT) if output == "Alpha" else constant(texel[:3], COLOUR)
@@ -35,24 +36,48 @@ def _texels(graph: Graph, node: Node) -> Value:
     if source is None:
         graph.note(f"{title(node)} has no image: it is magenta")
         return Value(SEVERAL, MAGENTA)
-    image = graph.library.get(id(source), lambda: load_image(source, graph.notes))
+    image = graph.library.store.get(source, graph.notes)
     if graph.is_linked(node, "Vector"):
         where = graph.vector(node, "Vector", (0, 0, 0))
         assert where is not None
     else:
-        where = read_attribute(ACTIVE_UV)
+        where = graph.share(ACTIVE_UV, lambda: read_attribute(ACTIVE_UV))
     where = mapped(graph, node, where)
-    choices = (
-        image,
-        graph.choice(node, "interpolation", "Linear"),
-        graph.choice(node, "extension", "REPEAT"),
-        graph.is_used(node, "Alpha"),
-    )
+    interpolation = graph.choice(node, "interpolation", "Linear")
+    extension = graph.choice(node, "extension", "REPEAT")
+    choices = (image, interpolation, extension, graph.is_used(node, "Alpha"))
     projection = graph.choice(node, "projection", "FLAT")
     if projection == "BOX":
         blend = float(graph.choice(node, "projection_blend", 0.0))
         return read(boxed, where, static=(blend, *choices), kind=SEVERAL)
-    return Value(SEVERAL, None, _flat, (where,), (PROJECTIONS.get(projection), *choices))
+    project = PROJECTIONS.get(projection)
+    if isinstance(image, Tiles):
+        return Value(SEVERAL, None, _flat, (where,), (project, *choices))
+
+    # Images of one size at the same places share what there is to find
+    static = project, image.width, image.height, interpolation, extension
+    taps = graph.share((id(where), *static), lambda: Value(SEVERAL, None, _taps, (where,), static))
+    if image.is_grey and extension != "CLIP":
+        return Value(FLOAT, None, _grey, (taps,), (image,))
+    return Value(SEVERAL, None, _mixed, (taps,), (image, choices[-1]))
+
+
+def _taps(where: Array, project: Any, *choices: Any) -> Any:
+    u, v = _projected(where, project)
+    return find_taps(u, v, *choices)
+
+
+def _grey(taps: Any, image: Image) -> Array:
+    return mix_grey(image, taps)
+
+
+def _mixed(taps: Any, image: Image, unassociate: bool) -> Array:
+    return mix_taps(image, taps, unassociate)
+
+
+def _projected(where: Array, project: Any) -> tuple[Scalar, Scalar]:
+    u, v = where[:2] if project is None else project(where * F32(2) - F32(1))
+    return u, v
 
 
 def _colour(texels: Array) -> Array:
@@ -64,8 +89,7 @@ def _alpha(texels: Array) -> Array:
 
 
 def _flat(where: Array, project: Any, image: Image | Tiles, *choices: Any) -> Array:
-    u, v = where[:2] if project is None else project(where * F32(2) - F32(1))
-    return _at(image, u, v, *choices)
+    return _at(image, *_projected(where, project), *choices)
 
 
 def _at(image: Image | Tiles, u: Scalar, v: Scalar, *choices: Any) -> Array:

@@ -1,16 +1,17 @@
-"""node -> Value.  Normal Map, Bump and Displacement."""
+"""node -> Value.  Normal Map, Bump, Displacement and Vector Displacement."""
 
 import numpy as np
 
 from ...arrays import F32, Vec, dot, normalize
 from ...geometry.attributes import FRAME
-from ...scene import Node
-from ..attributes import framed, uv_map
+from ...scene import ACTIVE_UV, Node
+from ..attributes import framed, in_frame, uv_map
 from ..context import Context
 from ..graph import Graph, NodeFunction
 from ..inputs import NORMAL
 from ..normals import bump, unit_normal
 from ..values import VECTOR, Array, Value, read, step
+from .coordinates import out_of_object
 
 
 def _normal_map(graph: Graph, node: Node, output: str) -> Value:
@@ -111,8 +112,21 @@ def displaced_in_object(context: Context, normal: Array, way: Array) -> Vec:
     return context.out_of_object(context.into_object(normal, "NORMAL") * way, "VECTOR")
 
 
+def _vector_displacement(graph: Graph, node: Node, output: str) -> Value | None:
+    """Return the way that the surface moves, as a map of vectors says."""
+    vector = graph.whole(node, "Vector") - graph.number(node, "Midlevel", 0.0)
+    vector = vector * graph.number(node, "Scale", 1.0)
+    space = graph.choice(node, "space", "TANGENT")
+    if space == "WORLD":
+        return vector
+    if space == "TANGENT":
+        vector = read(in_frame, vector, static=((ACTIVE_UV, FRAME),), kind=VECTOR)
+    return read(out_of_object, vector, static=("VECTOR",), kind=VECTOR)
+
+
 NORMALS: dict[str, NodeFunction] = {
     "NormalMap": _normal_map,
     "Bump": _bump,
     "Displacement": _displacement,
+    "VectorDisplacement": _vector_displacement,
 }

@@ -7,7 +7,6 @@ import numpy as np
 
 from ...arrays import Vec, dot, unit
 from ...images import MAGENTA, Image, Tiles
-from ...images.files import load_image
 from ...images.lookup import lookup
 from ...images.projection import PROJECTIONS
 from ...scene import Node
@@ -22,9 +21,9 @@ def _environment(graph: Graph, node: Node, output: str) -> Value | None:
     source = node.properties.get("image")
     if source is None:
         graph.note(f"{title(node)} has no image: it is magenta")
-    image = MAGENTA
+    image: Image | Tiles = MAGENTA
     if source is not None:
-        image = graph.library.get(id(source), lambda: load_image(source, graph.notes))
+        image = graph.library.store.get(source, graph.notes)
     if isinstance(image, Tiles):
         image = image.images[0][1]
     graph.finest = max(graph.finest, (image.width, image.height))

@@ -1,0 +1,89 @@
+"""image sources -> images.  Each file is read once, and smaller if all of them would be too large.
+
+Images that differ only in their colour space share their texels where these stay as they are in
+the file.  How large all will be is estimated from their headers; then the largest are halved, as
+Simplify does.
+"""
+
+from collections.abc import Callable, Hashable, Iterable
+from typing import Any
+
+import numpy as np
+
+from ..scene import Note
+from . import MAGENTA, Image, ImageSource, Tiles, image_size
+from .files import load_image, read_header
+
+Header = tuple[int, int, int]  # width, height, bytes of a texel
+
+
+class Store:
+    """The images of a scene, by what they are made from; `side` limits both sides, 0 does not."""
+
+    def __init__(self, side: int = 0) -> None:
+        self.side = side
+        self._known: dict[Hashable, Any] = {}
+
+    def get(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
+        """Return the image of a source, which is read if it is not known."""
+        return self._keep(source.key, lambda: load_image(source, notes, self.side, self._keep))
+
+    def _keep(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        if key not in self._known:
+            self._known[key] = make()
+        return self._known[key]
+
+    @property
+    def images(self) -> list[Image]:
+        """All images that were found, those of tiles too, once each."""
+        found: list[Image] = []
+        for item in self._known.values():
+            if isinstance(item, Tiles):
+                found += [image for _, image in item.images]
+            elif isinstance(item, Image):
+                found.append(item)
+        each = {id(image.texels): image for image in found if image is not MAGENTA}
+        return list(each.values())
+
+    @property
+    def memory(self) -> int:
+        """What the texels of all images take [bytes]."""
+        return sum(image.memory for image in self.images)
+
+
+def side_that_fits(sources: Iterable[ImageSource], memory: float, notes: list[Note]) -> int:
+    """Return which sides images may have so that all take at most `memory` [bytes]; 0: any.
+
+    Those that will be smaller for it are named.
+    """
+    each = {part.file_key: part for source in sources for part in source.parts}
+    headers = {key: header for key, part in each.items() if (header := _header(part))}
+    sizes = [image_size(width, height, 0) for width, height, _ in headers.values()]
+    side = max((max(size) for size in sizes), default=0)
+    if _total(headers.values(), 0) <= memory:
+        return 0
+    while side > 1 and _total(headers.values(), side) > memory:
+        side //= 2
+    for key, (width, height, _) in headers.items():
+        if max(width, height) > side:
+            smaller = image_size(width, height, side)
+            notes.append(
+                Note(
+                    each[key].name,
+                    f"it is read as {smaller[0]} x {smaller[1]} instead of {width} x {height} "
+                    f"pixels: images may take {memory / 2**30:.3g} GB (Texture Memory)",
+                )
+            )
+    return side
+
+
+def _header(source: ImageSource) -> Header | None:
+    if source.pixels is not None:
+        height, width = source.pixels.shape[:2]
+        return width, height, 4 * source.pixels.dtype.itemsize
+    return read_header(source.path) if source.path else None
+
+
+def _total(headers: Iterable[Header], side: int) -> float:
+    sizes = ((*image_size(width, height, side), texel) for width, height, texel in headers)
+    return float(sum(np.prod(size, dtype=float) for size in sizes))
