@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import F32, Scalar
-from .film.film import Film, new_film, rows
+from .film.film import Film, drop_not_finite, new_film, rows
 from .pages import keep_pages, release_pages
 from .plan import Plan
 from .sampling.dimensions import PIXEL
@@ -239,6 +239,7 @@ def _sample(
             break
         row = 0
         for each in found:
+            tally.not_finite += drop_not_finite(each)
             each = each.reshape(-1, samples, pixels)
             sums[row : row + len(each)] += each[:, 0] if samples == 1 else each.sum(axis=1)
             row += len(each)

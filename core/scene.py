@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 # diffuse or glossy besides, but only its transmission counts for what sees what (Cycles).
 CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW = 1, 2, 4, 8, 16
 
+FARTHEST = 1e18  # [m]; squares of lengths overflow in float32 beyond
+
 EVERY_SET = (
     1 << 64
 ) - 1  # of light linking: a mask with a bit for each of the 64 sets there can be
@@ -272,8 +274,8 @@ class Lamp:
         if self.kind not in ("POINT", "SPOT", "SUN", "AREA"):
             raise SceneError(f"{owner}: unknown kind {self.kind!r}")
         _affine(owner, self.to_world)
-        if not np.isfinite([*self.strength, self.radius, self.angle, *self.size]).all():
-            raise SceneError(f"{owner}: strength or size is not a finite number")
+        _numbers(owner, self, strength=3, size=2, radius=1, spot_angle=1, spot_blend=1)
+        _numbers(owner, self, angle=1, spread=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,6 +310,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         _affine("Camera", self.to_world)
+        _numbers("Camera", self, window=4, clip_start=1)
         if self.projection not in ("PERSP", "ORTHO"):
             raise SceneError(f"Camera: projection {self.projection!r} is not PERSP or ORTHO")
         if self.width < 1 or self.height < 1:
@@ -345,8 +348,17 @@ def _links(owner: str, *masks: int) -> None:
         raise SceneError(f"{owner}: a mask of light linking sets does not fit into 64 bits")
 
 
+def _numbers(owner: str, thing: Any, **counts: int) -> None:
+    # Are fields finite numbers, and as many of them as `counts` says?
+    for name, count in counts.items():
+        found = np.ravel(getattr(thing, name))
+        if found.size != count or not np.isfinite(found).all():
+            what = "a finite number" if count == 1 else f"{count} finite numbers"
+            raise SceneError(f"{owner}: {name} is {getattr(thing, name)}, expected {what}")
+
+
 def _affine(owner: str, matrix: NDArray[np.float64]) -> None:
     if matrix.shape != (3, 4):
         raise SceneError(f"{owner}: its matrix has shape {matrix.shape}, expected (3, 4)")
-    if not np.isfinite(matrix).all():
-        raise SceneError(f"{owner}: its matrix has a number that is not finite")
+    if not (np.abs(matrix) <= FARTHEST).all():  # NaN neither
+        raise SceneError(f"{owner}: its matrix has a number that is not finite, or beyond 1e18")

@@ -21,6 +21,7 @@ class Tally:
     rays_transmission: int = 0
     rays_diffuse: int = 0
     self_hits: int = 0
+    not_finite: int = 0
     vertices: int = 0
     samples: int = 0
     embree: float = 0.0
@@ -74,6 +75,7 @@ STATISTICS = (
     Statistic("rays_diffuse", "rays", "rays scattered by matte surfaces"),
     Statistic("rays_per_pixel", "rays", "all rays divided by the pixels of the picture"),
     Statistic("self_hits", "rays", "rays traced again since they hit the triangle they left"),
+    Statistic("not_finite", "samples", "samples drawn black: their light was no finite number"),
     Statistic("path_vertices", "points", "points at which light was gathered"),
     Statistic("triangles", "triangles", "triangles after instances are flattened"),
     Statistic("parts", "parts", "Embree scenes"),
@@ -118,6 +120,7 @@ def summary(tally: Tally, prepared: Preparation, pixels: int, wall: float) -> di
     values |= {
         "rays_per_pixel": rays / max(pixels, 1),
         "self_hits": tally.self_hits,
+        "not_finite": tally.not_finite,
         "path_vertices": tally.vertices,
         "triangles": prepared.triangles,
         "parts": prepared.parts,

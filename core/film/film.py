@@ -22,6 +22,8 @@ PASSES = {
     "background": 3,
 }
 
+LARGEST = 1e36  # of a sample; a batch has fewer than 300 samples of a pixel
+
 
 @dataclass(eq=False)
 class Film:
@@ -78,3 +80,18 @@ def new_film(width: int, height: int, passes: tuple[str, ...] = ("combined",)) -
     pixels = width * height
     sums, counts = np.zeros((rows(passes), pixels)), np.zeros(pixels, np.int64)
     return Film(width, height, passes, sums, counts)
+
+
+def drop_not_finite(values: NDArray[np.float32]) -> int:
+    """Make samples black, in place, that have a number that is not finite; return how many.
+
+    values (C, N) or (N,).  One such sample would blind its pixel: numbers of 1e30 in a scene are
+    mistakes, and their products overflow.  Nor can numbers above `LARGEST` be added up in float32.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        if abs(float(values.sum(dtype=F32))) < LARGEST:
+            return 0
+        bad = ~(np.abs(values) < LARGEST)
+    lost = bad.any(axis=0) if bad.ndim > 1 else bad
+    values[..., lost] = 0.0
+    return int(np.count_nonzero(lost))

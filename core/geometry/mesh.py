@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import EPSILON, F32, Ids
-from ..scene import Cancelled, Instance, Material, Mesh, Note, SceneError
+from ..scene import FARTHEST, Cancelled, Instance, Material, Mesh, Note, SceneError
 from .embree import PADDING
 from .objects import PLAIN, Objects, Traits, compile_objects, sort_into_parts
 
@@ -230,8 +230,8 @@ def _box(mesh: Mesh) -> NDArray[np.float64] | None:
     if not len(mesh.triangles):
         return None
     low, high = _extent(mesh.positions)
-    if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        finite = mesh.positions[np.isfinite(mesh.positions).all(axis=1)]
+    if not (_is_sound(low).all() and _is_sound(high).all()):
+        finite = mesh.positions[_is_sound(mesh.positions).all(axis=1)]
         if not len(finite):
             return None
         low, high = finite.min(axis=0), finite.max(axis=0)
@@ -250,12 +250,17 @@ def _extent(positions: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.stack([few.min(axis=0), few.max(axis=0)])
 
 
+def _is_sound(positions: NDArray[np.floating]) -> NDArray[np.bool_]:
+    # False for NaN, too
+    return np.abs(positions) <= FARTHEST
+
+
 def without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
     """Return a mesh without the triangles that have a vertex which is not finite, and note it."""
     # min and max pass NaN and infinity on, so two reductions tell a sound mesh.
-    if not len(mesh.triangles) or np.isfinite(_extent(mesh.positions)).all():
+    if not len(mesh.triangles) or _is_sound(_extent(mesh.positions)).all():
         return mesh
-    sound = np.isfinite(mesh.positions).all(axis=1)
+    sound = _is_sound(mesh.positions).all(axis=1)
     keep = np.flatnonzero(sound[mesh.triangles].all(axis=1))
     dropped = len(mesh.triangles) - len(keep)
     if dropped:
@@ -264,7 +269,7 @@ def without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
             Note(
                 f"Mesh '{mesh.name}'",
                 f"{dropped} triangles are left out: vertex {bad} and {int((~sound).sum()) - 1} "
-                "others have a coordinate that is not a finite number",
+                "others have a coordinate that is no finite number, or beyond 1e18 m",
             )
         )
     per_corner = mesh.normals is not None and mesh.normals.ndim == 3

@@ -44,7 +44,8 @@ def spread_over(
     """Return points (3, count) on triangles (F, 3): half by area, half on each triangle alike."""
     a, b, c = (vertices.take(column, axis=0).T for column in corners.T)
     b, c = b - a, c - a
-    normal = np.cross(b.T, c.T).astype(np.float64)
+    scale = np.float32(1 / max(float(np.abs(b).max()), float(np.abs(c).max()), 1e-30))
+    normal = np.cross((b * scale).T, (c * scale).T).astype(np.float64)
     total = np.cumsum(np.sqrt((normal * normal).sum(axis=1)))
     share = (np.arange(count // 2) + 0.5) / (count // 2)
     by_area = np.searchsorted(total, share * total[-1], side="right")

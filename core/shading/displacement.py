@@ -18,7 +18,18 @@ from ..geometry.attributes import compile_attributes
 from ..geometry.mesh import OFFSET, Triangles, compile_triangles, without_broken
 from ..geometry.spaces import compile_spaces
 from ..geometry.surface import Points
-from ..scene import REST, SHARP, Attribute, Cancelled, Instance, Material, Mesh, Note, RayKinds
+from ..scene import (
+    FARTHEST,
+    REST,
+    SHARP,
+    Attribute,
+    Cancelled,
+    Instance,
+    Material,
+    Mesh,
+    Note,
+    RayKinds,
+)
 from .attributes import asked_by
 from .context import Arrival, Context, Place
 from .graph import Graph, Library, output_of
@@ -135,8 +146,8 @@ def _displaced(
             points = _points(triangles, vertices.take(some), triangle.take(some), corner.take(some))
             context = Context(points, Arrival(0), None, here)
             (moved,) = program.run((way,), order, context, None)
-            # What is no number moves nothing
-            is_sound = np.isfinite(moved).all(axis=0)
+            # What is no number moves nothing, nor what is too far
+            is_sound = (np.abs(moved) <= FARTHEST).all(axis=0)
             local = back @ np.where(is_sound, moved, 0).astype(np.float64)
             position[vertices.take(some)] += local.T.astype(position.dtype)
 

@@ -8,6 +8,8 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from ..images import ImageSource
 from ..images.store import Store
 from ..scene import Colour, Link, Material, Node, Note, Socket
@@ -15,6 +17,7 @@ from .sky.disc import Disc
 from .values import COLOUR, FLOAT, VECTOR, Value, constant, grey, value, widened
 
 WHITE: Colour = (1.0, 1.0, 1.0)
+LARGEST = 1e30  # of the numbers that users give: products of two may overflow beyond
 NodeFunction = Callable[["Graph", Node, str], Value | None]
 
 
@@ -82,7 +85,7 @@ class Graph:
             return widened(self._at(node, socket, found.default or (0, 0, 0), VECTOR), VECTOR)
         if found is None:
             found = default
-        return None if found is None else widened(_plain(found, VECTOR), VECTOR)
+        return None if found is None else widened(self._plain(node, socket, found, VECTOR), VECTOR)
 
     def whole(self, node: Node, socket: str, default: float = 0.0) -> Value:
         """Return the vector at an input, of three times `default` where there is none."""
@@ -128,7 +131,19 @@ class Graph:
                 "input's own value"
             )
             found = found.default
-        return _plain(default if found is None else found, kind)
+        return self._plain(node, socket, default if found is None else found, kind)
+
+    def _plain(self, node: Node, socket: str, found: Socket, kind: str) -> Value:
+        is_many = isinstance(found, (tuple, list))
+        plain: Any = (found[:3] or (np.nan,)) if isinstance(found, (tuple, list)) else (found,)
+        numbers = [float(number) for number in plain]
+        if not all(-LARGEST <= number <= LARGEST for number in numbers):
+            self.note(f"{socket} of {title(node)} is {found}, which is no number to draw with")
+            finite = np.nan_to_num(np.array(numbers), nan=0.0, posinf=LARGEST, neginf=-LARGEST)
+            numbers = list(finite.clip(-LARGEST, LARGEST))
+        if is_many:
+            return constant(tuple(numbers), COLOUR if kind == FLOAT else kind)
+        return value(numbers[0])
 
     def _output(self, link: Link) -> Value | None:
         """Return the value of an output, None if its node is not known.
@@ -192,9 +207,3 @@ def output_of(material: Material) -> Node:
 def title(node: Node) -> str:
     """Return what a node is called in notes."""
     return f"{node.kind} '{node.name}'" if node.name else node.kind
-
-
-def _plain(found: Socket, kind: str) -> Value:
-    if isinstance(found, (tuple, list)):
-        return constant(tuple(found[:3]), COLOUR if kind == FLOAT else kind)
-    return value(float(found))  # type: ignore[arg-type]

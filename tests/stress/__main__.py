@@ -1,14 +1,16 @@
 """suite -> a report.  The long form of the stress tests.
 
-python3 dev.py stress [--seeds N] [--report FILE.md]
+python3 dev.py stress [--seeds N] [--fuzzed N] [--report FILE.md]
 Exit codes: 0 nothing was found, 1 something was.
 """
 
 import argparse
 import platform
 import sys
+from collections import Counter
 from pathlib import Path
 
+from . import fuzz
 from .suite import described, run
 
 HEAD = """# Stress
@@ -29,13 +31,23 @@ def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(description="Render scenes under stress.")
     parser.add_argument("--seeds", type=int, default=8, help="pictures for each row")
     parser.add_argument("--report", type=Path, help="write the report there")
+    parser.add_argument("--fuzzed", type=int, default=1000, help="scenes of random values")
     options = parser.parse_args(argv)
+    outcomes: Counter[str] = Counter()
     lines, bad = [], 0
     for row in run(options.seeds):
         bad += not row.is_good
         lines.append(("   " if row.is_good else "!! ") + described(row))
         print(lines[-1], flush=True)
-    lines.append(f"{len(lines)} rows, {bad} with something wrong")
+    for seed in range(options.fuzzed):
+        text = fuzz.outcome(seed)
+        outcomes[text.split(":")[0]] += 1
+        if text.startswith("wrong"):
+            lines.append(f"!! fuzzed scene {seed}: {text}")
+            print(lines[-1], flush=True)
+    lines.append(f"{options.fuzzed} fuzzed scenes: " + str(dict(outcomes)))
+    bad += outcomes["wrong"]
+    lines.append(f"{bad} with something wrong")
     print(lines[-1])
     if options.report is not None:
         machine = f"{platform.machine()}, Python {platform.python_version()}"

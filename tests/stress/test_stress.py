@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.stress import suite, transforms
+from tests.stress import fuzz, suite, transforms
 from tests.stress.scenes import SCENES
 from tests.stress.sweeps import LONG, SWEEPS
 
@@ -46,3 +46,17 @@ def test_a_transformation_that_changes_the_picture_is_found(monkeypatch):
     monkeypatch.setitem(transforms.TRANSFORMS, "darker", darker)
     row = suite.compare("matte", "darker", SEEDS)
     assert row.wrong > 0
+
+
+def test_scenes_that_nobody_meant_are_drawn_or_refused():
+    outcomes = [fuzz.outcome(seed) for seed in range(150)]
+    assert not [text for text in outcomes if text.startswith("wrong")]
+    assert sum(text == "drawn" for text in outcomes) > 30
+
+
+def test_a_defect_behind_such_a_scene_is_found(monkeypatch):
+    def broken(plan, threads):
+        raise IndexError("planted")
+
+    monkeypatch.setattr(fuzz, "render", broken)
+    assert any("IndexError: planted" in fuzz.outcome(seed) for seed in range(10))

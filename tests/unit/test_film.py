@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from penumbra.core.film.film import PASSES, new_film, rows
+from penumbra.core.film.film import PASSES, drop_not_finite, new_film, rows
 
 
 def test_a_pixel_is_the_mean_of_its_samples_times_the_exposure():
@@ -42,3 +42,16 @@ def test_the_first_row_is_the_bottom_one():
     picture = film.combined(1.0)
     assert (picture[0] == 1).all()
     assert (picture[1:] == 0).all()
+
+
+def test_samples_that_are_no_numbers_are_drawn_black_and_counted():
+    light = np.ones((3, 6), np.float32)
+    light[0, 1], light[2, 1], light[1, 3], light[2, 5] = np.nan, np.inf, -np.inf, 2e36
+    assert drop_not_finite(light) == 3
+    np.testing.assert_array_equal(light, np.ones((3, 1)) * [1, 0, 1, 0, 1, 0])
+    holes = np.array([0.5, np.nan], np.float32)
+    assert drop_not_finite(holes) == 1
+    np.testing.assert_array_equal(holes, [0.5, 0])
+    bright = np.full((3, 4), 1e35, np.float32)
+    assert drop_not_finite(bright) == 0
+    assert (bright == np.float32(1e35)).all()

@@ -148,6 +148,23 @@ def test_an_unknown_node_is_noted_once_and_the_input_keeps_its_own_value(graph):
     ]
 
 
+@pytest.mark.parametrize(
+    ("given", "drawn"),
+    [
+        (np.nan, (0.0,)),
+        (-np.inf, (-1e30,)),
+        (1e39, (1e30,)),
+        ((0.5, np.nan, 1e300), (0.5, 0.0, 1e30)),
+        ((), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_a_constant_that_is_no_number_is_noted_and_drawn_as_the_nearest(graph, given, drawn):
+    one = node(A=given)
+    found = graph.colour(one, "A") if len(drawn) == 3 else graph.number(one, "A")
+    np.testing.assert_allclose(seen(found), drawn, rtol=1e-6)
+    assert notes(graph) == [f"A of Target 'T' is {given}, which is no number to draw with"]
+
+
 def test_an_unknown_node_without_a_value_gives_the_default_of_the_node_that_asks(graph):
     one = node(A=linked("TexStrange"))
     assert seen(graph.number(one, "A", 1.25)) == (1.25,)

@@ -1,4 +1,4 @@
-"""core.images.store -> files once in memory, in their own numbers, smaller where a limit says so."""
+"""core.images.store -> files once in memory, in their own numbers, smaller where limits say so."""
 
 import numpy as np
 import pytest

@@ -12,6 +12,7 @@ SQUARE = np.zeros((4, 3))
 ONE = np.array([(0, 1, 2)], np.int32)
 NAN = s.affine()
 NAN[1, 2] = np.nan
+FAR = s.affine(shift=(1e19, 0, 0))
 
 
 def mesh(**changes):
@@ -57,9 +58,12 @@ REFUSED = (
     (lambda: Instance("Cube", mesh(), NAN), "Object 'Cube': its matrix has a number that is not"),
     (lambda: lamp(kind="LASER"), "Light 'Key': unknown kind 'LASER'"),
     (lambda: lamp(to_world=NAN), "Light 'Key': its matrix has a number that is not finite"),
-    (lambda: lamp(strength=(1.0, np.inf, 1.0)), "Light 'Key': strength or size is not a finite"),
-    (lambda: lamp(radius=np.nan), "Light 'Key': strength or size is not a finite number"),
-    (lambda: lamp(size=(1.0, np.nan)), "Light 'Key': strength or size is not a finite number"),
+    (lambda: lamp(strength=(1.0, np.inf, 1.0)), "Light 'Key': strength is"),
+    (lambda: lamp(strength=()), "Light 'Key': strength is (), expected 3 finite numbers"),
+    (lambda: lamp(to_world=FAR), "Light 'Key': its matrix has a number that is not finite, or bey"),
+    (lambda: camera(window=()), "Camera: window is (), expected 4 finite numbers"),
+    (lambda: lamp(radius=np.nan), "Light 'Key': radius is nan, expected a finite number"),
+    (lambda: lamp(size=(1.0, np.nan)), "Light 'Key': size is (1.0, nan), expected 2 finite"),
     (lambda: camera(to_world=NAN), "Camera: its matrix has a number that is not finite"),
     (lambda: camera(projection="PANO"), "Camera: projection 'PANO' is not PERSP or ORTHO"),
     (lambda: camera(width=0), "Camera: a picture of 0 x 6 pixels is empty"),
