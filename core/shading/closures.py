@@ -117,12 +117,12 @@ class LobeAt:
 
     def density(self, direction: Vec) -> Scalar:
         """Return the density (n,) [1/sr] with which the closure sends rays (3, n) of the world."""
+        way: tuple[Any, Any]
         if self.module.WEIGHT_IN_WI_Z:
-            wo, wi = None, (None, None, dot(self.frame.normal, direction))
+            way = None, (None, None, dot(self.frame.normal, direction))
         else:
-            wo, wi = self.frame.wo, self.frame.local(direction)
-        _, pdf = self.module.evaluate(self.parameters, wo, wi)
-        density: Scalar = pdf
+            way = self.frame.wo, self.frame.local(direction)
+        density: Scalar = self.module.evaluate(self.parameters, *way)[1]
         return density
 
 
@@ -177,7 +177,7 @@ class Recipe:
             )
         )
         frames: dict[tuple[int, int], Frame] = {}
-        lobes = []
+        lobes: list[LobeAt] = []
         for lobe in self.lobes:
             module = REGISTRY[lobe.closure]
             normal, tangent = _normal(lobe, module, known, context), None

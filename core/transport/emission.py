@@ -58,8 +58,8 @@ def add_world(
     if plan.world_seen_by != EVERY_KIND:
         # Who was sampled on purpose is seen by the kind that was lit.
         by_sender = plan.mixes_kinds and plan.environment is not None
-        seen = visible(plan.world_seen_by, sent_as(kinds) if by_sender else kinds)
-        seen = np.flatnonzero(seen)
+        by = sent_as(kinds) if by_sender else kinds
+        seen = np.flatnonzero(visible(plan.world_seen_by, by))
         escaped, kinds = escaped.take(seen), kinds.take(seen)
     direction = rays.direction.take(escaped, axis=1)
     light = plan.world.radiance(direction, kinds)
