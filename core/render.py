@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
@@ -28,7 +29,7 @@ from .transport.path import trace
 from .transport.state import Rays
 
 CHUNK = 16  # samples that share tables of random numbers
-SHARE = 4  # of these in a batch, so that no thread is left alone for long at the end
+SHARE = 4  # of these at least in a batch, so that no thread is left alone for long at the end
 EARLY = (1, 4, 8)  # samples at which the first chunks end: there is soon something to see
 TICK = 0.05  # seconds between two looks at the caller
 
@@ -181,7 +182,9 @@ def _blocks(plan: Plan) -> list[Block]:
     column += x0
     key = pixel_keys(plan.seed, row * plan.frame_width + column)
     x, y = column.astype(F32), row.astype(F32)
-    parts = (slice(low, low + plan.batch) for low in range(0, key.size, plan.batch))
+    # Of equal size: a small one at the end would pay the cost of calls for few slots.
+    ends = np.linspace(0, key.size, -(-key.size // plan.batch) + 1).astype(int)
+    parts = [slice(low, high) for low, high in pairwise(ends)]
     return [Block(part.start, key[part], x[part], y[part]) for part in parts]
 
 
@@ -190,7 +193,7 @@ def _batches(plan: Plan) -> Iterator[Batch]:
     blocks = _blocks(plan)
     first, end = plan.samples
     sequences = _sequences(plan.frame_width * plan.frame_height)  # a border changes no pixel
-    share = SHARE if len(blocks) > 1 else CHUNK
+    share = min(max(plan.batch // blocks[0].key.size, SHARE), CHUNK) if blocks else CHUNK
     stops = [stop for stop in EARLY if first < stop < end] if len(blocks) > 1 else []
     while first < end:
         # Chunks end at multiples of their own size: whole blocks of the sequence.
