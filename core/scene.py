@@ -69,7 +69,9 @@ class Material:
 
     Without `transparent_shadow` light passes no transparent part of it.  emission_sampling: NONE,
     AUTO, FRONT, BACK or FRONT_BACK, the sides that are sampled where it glows.  displacement: what
-    bends the normals everywhere, as if the surface were displaced.
+    bends the normals everywhere, as if the surface were displaced.  bump_width [pixels]: how far
+    beside the hit heights are looked at if no node says; bump_softening: MICROFACET, CUBIC or NONE,
+    how matte closures with bent normals fade towards the terminator (`terminator.SOFTENINGS`).
     """
 
     name: str
@@ -78,6 +80,14 @@ class Material:
     emission_sampling: str = "AUTO"
     index: int = 0  # as the user numbers it
     displacement: Link | None = None
+    bump_width: float = 0.1
+    bump_softening: str = "MICROFACET"
+
+    def __post_init__(self) -> None:
+        if self.bump_softening not in ("MICROFACET", "CUBIC", "NONE"):
+            raise SceneError(
+                f"Material '{self.name}': unknown bump softening {self.bump_softening!r}"
+            )
 
 
 UNIT_SPACE = (np.zeros(3), np.ones(3))

@@ -90,7 +90,8 @@ class LobeAt:
 
     share (n,) or (1,) is the probability with which it is chosen to go on, None is 1; odds the same
     where all go on, None where nobody asks; smooth (3, n) are the shading normals of the points if
-    the closure has its own, else None; number: which of its program's closures it is.
+    the closure has its own, else None, and softening what then dims light near the terminator;
+    number: which of its program's closures it is.
     """
 
     module: Any
@@ -101,6 +102,7 @@ class LobeAt:
     smooth: Vec | None = None
     odds: Scalar | None = None
     number: int = 0
+    softening: str = "MICROFACET"
 
     def take(self, index: Index) -> "LobeAt":
         """Return the closure at the points of `index`."""
@@ -113,6 +115,7 @@ class LobeAt:
             take(self.smooth, index),
             None if self.odds is None else columns(self.odds, index),
             self.number,
+            self.softening,
         )
 
     def density(self, direction: Vec) -> Scalar:
@@ -156,6 +159,7 @@ class Recipe:
     holdout_order: tuple[Value, ...]
     bent: Value | None
     bent_order: tuple[Value, ...]
+    softening: str
 
     def shade(
         self,
@@ -193,10 +197,8 @@ class Recipe:
             is_weighed = len(self.lobes) > 1 and (is_chosen or (has_odds and self.mixes_kinds))
             share = known[id(lobe.importance)] if is_weighed else None
             smooth = None if lobe.normal is None else context.normal
-            number = len(lobes)
-            lobes.append(
-                LobeAt(module, weight, parameters, frames[key], share, smooth, None, number)
-            )
+            made = module, weight, parameters, frames[key], share, smooth
+            lobes.append(LobeAt(*made, None, len(lobes), self.softening))
         return Shaded(context.index, context.size, tuple(_normalized(lobes, is_chosen)))
 
     @cached_property
@@ -423,7 +425,8 @@ def compile_table(surfaces: Sequence[Surface]) -> SurfaceTable:
     """Sort the surfaces of all materials into programs."""
     groups: dict[Any, list[int]] = {}
     for number, surface in enumerate(surfaces):
-        key = tuple(lobe.closure for lobe in surface.lobes), structure(surface.outputs())
+        closures = tuple(lobe.closure for lobe in surface.lobes)
+        key = closures, structure(surface.outputs()), surface.softening
         groups.setdefault(key, []).append(number)
     program = np.zeros(len(surfaces), np.int32)
     column = np.zeros(len(surfaces), np.int32)
@@ -485,4 +488,5 @@ def _recipe(members: list[Surface]) -> Recipe:
         order(first.holdout),
         first.bent,
         order(first.bent),
+        first.softening,
     )

@@ -210,7 +210,7 @@ def _branches(
         weight = np.reciprocal(share) if weight is None else weight / share
         pdf = None if pdf is None else pdf * lobe.share
     if lobe.smooth is not None and module.RAY_KIND == DIFFUSE:
-        kept = bump_shadow(lobe.smooth, lobe.frame.normal, direction, True, True)
+        kept = bump_shadow(lobe.smooth, lobe.frame.normal, direction, lobe.softening, True, True)
         kept = kept if through is None else np.where(through, F32(1), kept)
         weight = kept if weight is None else weight * kept
     weight = lobe.weight if weight is None else lobe.weight * weight
