@@ -72,7 +72,9 @@ class Material:
     Without `transparent_shadow` light passes no transparent part of it.  emission_sampling: NONE,
     AUTO, FRONT, BACK or FRONT_BACK, the sides that are sampled where it glows.  displacement: the
     way by which the surface is displaced; displacement_method: BUMP bends its normals only,
-    DISPLACEMENT moves the vertices of meshes, BOTH does both.
+    DISPLACEMENT moves the vertices of meshes, BOTH does both.  bump_width [pixels]: how far beside
+    the hit heights are looked at if no node says; bump_softening: MICROFACET, CUBIC or NONE, how
+    matte closures with bent normals fade towards the terminator (`terminator.SOFTENINGS`).
     """
 
     name: str
@@ -82,12 +84,18 @@ class Material:
     index: int = 0  # as the user numbers it
     displacement: Link | None = None
     displacement_method: str = "BUMP"
+    bump_width: float = 0.1
+    bump_softening: str = "MICROFACET"
 
     def __post_init__(self) -> None:
-        if self.displacement_method not in ("BUMP", "DISPLACEMENT", "BOTH"):
-            raise SceneError(
-                f"Material '{self.name}': unknown displacement method {self.displacement_method!r}"
-            )
+        for what, choices in (
+            ("displacement_method", ("BUMP", "DISPLACEMENT", "BOTH")),
+            ("bump_softening", ("MICROFACET", "CUBIC", "NONE")),
+        ):
+            found = getattr(self, what)
+            if found not in choices:
+                what = what.replace("_", " ")
+                raise SceneError(f"Material '{self.name}': unknown {what} {found!r}")
 
     @property
     def moves(self) -> bool:

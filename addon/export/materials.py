@@ -54,7 +54,16 @@ def export_material(
         emission_sampling=getattr(cycles, "emission_sampling", "AUTO"),
         displacement=displacement,
         displacement_method=material.displacement_method,
+        bump_width=0.1 if bpy.app.version >= (4, 4) else 1.0,
+        bump_softening=_softening(cycles),
     )
+
+
+def _softening(cycles: Any) -> str:
+    """Return how this Blender's Cycles softens what bent normals make of the terminator."""
+    if not getattr(cycles, "use_bump_map_correction", True):
+        return "NONE"
+    return "MICROFACET" if bpy.app.version >= (4, 5) else "CUBIC"
 
 
 def active_tree(datablock: bpy.types.ID) -> bpy.types.NodeTree | None:

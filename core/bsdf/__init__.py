@@ -51,11 +51,13 @@ from .kinds import (
     DIFFUSE,
     EVERY_KIND,
     GLOSSY,
+    MATTE,
     SHADOW,
     SINGULAR,
     STRAIGHT,
     TRANSMISSION,
     lit_as,
+    sent_as,
 )
 
 REGISTRY: dict[str, Any] = {
@@ -82,11 +84,13 @@ __all__ = [
     "DIFFUSE",
     "EVERY_KIND",
     "GLOSSY",
+    "MATTE",
     "REGISTRY",
     "SHADOW",
     "SINGULAR",
     "STRAIGHT",
     "TRANSMISSION",
     "lit_as",
+    "sent_as",
     "transparent",
 ]

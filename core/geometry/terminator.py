@@ -75,26 +75,52 @@ def shift(triangles: Triangles, instance: Ids | None, normal: Vec, direction: Ve
     return np.where((cosine >= 0) & (speed > 1), fallen, F32(1))
 
 
-def bump_shadow(smooth: Vec, normal: Vec, wi: Vec, is_diffuse: bool, is_sampled: bool) -> Scalar:
+def bump_shadow(
+    smooth: Vec, normal: Vec, wi: Vec, softening: str, is_diffuse: bool, is_sampled: bool
+) -> Scalar:
     """Return what closures with normals (3, N) of their own keep of light from unit wi (3, N).
 
-    smooth (3, N): the shading normals; is_sampled: the direction was chosen by the closure.
-    Nothing comes from behind the smooth surface; matte ones fade before they get there.
+    smooth (3, N): the shading normals; softening: of `SOFTENINGS` or NONE; is_sampled: the
+    direction was chosen by the closure.  Nothing comes from behind the smooth surface; matte
+    closures fade before they get there.
+    """
+    towards, apart, across = dot(smooth, wi), dot(smooth, normal), dot(normal, wi)
+    kept = np.ones_like(towards)
+    if is_diffuse or not is_sampled:
+        kept[towards * apart * across < 0] = 0
+    if is_diffuse and softening in SOFTENINGS:
+        kept *= SOFTENINGS[softening](towards, apart, across)
+    return kept
+
+
+def _microfacet(towards: Scalar, apart: Scalar, across: Scalar) -> Scalar:
+    """Return the shadowing of microfacets that are as rough as the normal is bent.
+
     Source: Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing Function to Solve
     the Bump Terminator Problem", Ray Tracing Gems, chapter 12.
     """
     one = F32(1)
-    towards, apart = dot(smooth, wi), dot(smooth, normal)
-    kept = np.ones_like(towards)
-    if is_diffuse or not is_sampled:
-        kept[towards * apart * dot(normal, wi) < 0] = 0
-    if is_diffuse:
-        cosine, tilt = np.minimum(np.abs(towards), one), np.minimum(np.abs(apart), one)
-        tan_tilt = one / np.maximum(tilt * tilt, F32(1e-12)) - one
-        alpha = np.minimum(F32(0.125) * tan_tilt, one)
-        squared = np.maximum(cosine * cosine, F32(1e-12))
-        kept *= F32(2) / (one + np.sqrt(one + alpha * (one / squared - one)))
-    return kept
+    cosine, tilt = np.minimum(np.abs(towards), one), np.minimum(np.abs(apart), one)
+    tan_tilt = one / np.maximum(tilt * tilt, F32(1e-12)) - one
+    alpha = np.minimum(F32(0.125) * tan_tilt, one)
+    squared = np.maximum(cosine * cosine, F32(1e-12))
+    return F32(2) / (one + np.sqrt(one + alpha * (one / squared - one)))
+
+
+def _cubic(towards: Scalar, apart: Scalar, across: Scalar) -> Scalar:
+    """Return a cubic of the share of light that the smooth surface gets of what the bent one does.
+
+    Source: Chiang, Li and Burley 2019, "Taming the Shadow Terminator", SIGGRAPH Talks.
+    """
+    bent = across * apart
+    bent = np.copysign(np.maximum(np.abs(bent), F32(1e-12)), bent)
+    share: Scalar = np.clip(towards / bent, F32(0), F32(1))
+    return share * (F32(1) + share - share * share)
+
+
+# How matte closures fade towards the terminator: (cosines of the light at the shading normal, of
+# the shading normal and the closure's, of the light at the closure's) -> what is kept.
+SOFTENINGS = {"MICROFACET": _microfacet, "CUBIC": _cubic}
 
 
 def _lift(triangles: Triangles, points: Points, index: Index) -> Vec:

@@ -22,6 +22,7 @@ from .normals import reader
 from .program import Program, merge, structure
 from .spaces import READS_SPACES
 from .surface import Lobe, Surface
+from .telling import tells_kinds
 from .values import Array, Value, walk
 
 
@@ -87,8 +88,10 @@ class Frame:
 class LobeAt:
     """One closure at n points: weight (3, n) or (3, 1), parameters (rows, n) or (rows, 1).
 
-    share (n,) or (1,) is the probability with which it is chosen to go on, None is 1; smooth (3, n)
-    are the shading normals of the points if the closure has its own, else None.
+    share (n,) or (1,) is the probability with which it is chosen to go on, None is 1; odds the same
+    where all go on, None where nobody asks; smooth (3, n) are the shading normals of the points if
+    the closure has its own, else None, and softening what then dims light near the terminator;
+    number: which of its program's closures it is.
     """
 
     module: Any
@@ -97,6 +100,9 @@ class LobeAt:
     frame: Frame
     share: Scalar | None = None
     smooth: Vec | None = None
+    odds: Scalar | None = None
+    number: int = 0
+    softening: str = "MICROFACET"
 
     def take(self, index: Index) -> "LobeAt":
         """Return the closure at the points of `index`."""
@@ -107,7 +113,20 @@ class LobeAt:
             self.frame.take(index),
             None if self.share is None else columns(self.share, index),
             take(self.smooth, index),
+            None if self.odds is None else columns(self.odds, index),
+            self.number,
+            self.softening,
         )
+
+    def density(self, direction: Vec) -> Scalar:
+        """Return the density (n,) [1/sr] with which the closure sends rays (3, n) of the world."""
+        way: tuple[Any, Any]
+        if self.module.WEIGHT_IN_WI_Z:
+            way = None, (None, None, dot(self.frame.normal, direction))
+        else:
+            way = self.frame.wo, self.frame.local(direction)
+        density: Scalar = self.module.evaluate(self.parameters, *way)[1]
+        return density
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,13 +159,19 @@ class Recipe:
     holdout_order: tuple[Value, ...]
     bent: Value | None
     bent_order: tuple[Value, ...]
+    softening: str
 
     def shade(
-        self, context: Context, column: Ids | None, throughput: Vec | None, is_chosen: bool
+        self,
+        context: Context,
+        column: Ids | None,
+        throughput: Vec | None,
+        is_chosen: bool,
+        has_odds: bool,
     ) -> Shaded:
         """Return the closures at the points of a context, their weights times the throughput.
 
-        With shares if one of the closures will be chosen.
+        With shares if one of the closures will be chosen, with odds if none but they are asked.
         """
         known = dict(
             zip(
@@ -156,7 +181,7 @@ class Recipe:
             )
         )
         frames: dict[tuple[int, int], Frame] = {}
-        lobes = []
+        lobes: list[LobeAt] = []
         for lobe in self.lobes:
             module = REGISTRY[lobe.closure]
             normal, tangent = _normal(lobe, module, known, context), None
@@ -169,10 +194,19 @@ class Recipe:
             if throughput is not None:
                 weight = weight * context.of(throughput)
             parameters = tuple(known[id(parameter)] for parameter in lobe.parameters)
-            share = known[id(lobe.importance)] if is_chosen and len(self.lobes) > 1 else None
+            is_weighed = len(self.lobes) > 1 and (is_chosen or (has_odds and self.mixes_kinds))
+            share = known[id(lobe.importance)] if is_weighed else None
             smooth = None if lobe.normal is None else context.normal
-            lobes.append(LobeAt(module, weight, parameters, frames[key], share, smooth))
-        return Shaded(context.index, context.size, tuple(_normalized(lobes)))
+            made = module, weight, parameters, frames[key], share, smooth
+            lobes.append(LobeAt(*made, None, len(lobes), self.softening))
+        return Shaded(context.index, context.size, tuple(_normalized(lobes, is_chosen)))
+
+    @cached_property
+    def mixes_kinds(self) -> bool:
+        """Whether rays of two kinds may go the same way: from matte and from glossy closures."""
+        modules = [REGISTRY[lobe.closure] for lobe in self.lobes]
+        kinds = {module.RAY_KIND for module in modules if not module.IS_DELTA}
+        return {DIFFUSE, GLOSSY} <= kinds
 
 
 def _normal(lobe: Lobe, module: Any, known: dict[int, Array], context: Context) -> Vec:
@@ -181,8 +215,8 @@ def _normal(lobe: Lobe, module: Any, known: dict[int, Array], context: Context) 
     return context.normal if module.RAY_KIND == DIFFUSE else context.valid_normal
 
 
-def _normalized(lobes: list[LobeAt]) -> Iterator[LobeAt]:
-    """Yield the lobes with shares that add up to 1, if they have shares."""
+def _normalized(lobes: list[LobeAt], is_chosen: bool) -> Iterator[LobeAt]:
+    """Yield the lobes with shares that add up to 1, if they have shares; else with such odds."""
     shares = [lobe.share for lobe in lobes if lobe.share is not None]
     if not shares:
         yield from lobes
@@ -192,7 +226,8 @@ def _normalized(lobes: list[LobeAt]) -> Iterator[LobeAt]:
         total = total + share
     scale = np.reciprocal(np.maximum(total, F32(1e-30)))
     for lobe, share in zip(lobes, shares, strict=True):
-        yield replace(lobe, share=share * scale)
+        share = share * scale
+        yield replace(lobe, share=share if is_chosen else None, odds=share)
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,9 +235,9 @@ class SurfaceTable:
     """The surfaces of M materials, as recipes; program and column (M,) int32 of each of them.
 
     glows, is_transparent (M,) bool; plain_transparency and plain_emission (3, M) are these, None
-    if any depends on the point; reads_spaces: of objects, which `place` must then have, as it must
-    the `attributes` of meshes.  `blurred` are the same surfaces as paths see them that filter
-    glossy blurs, None where it changes nothing.
+    if any depends on the point; tells_kinds: matte rays from glossy ones; reads_spaces: of objects,
+    which `place` must then have, as it must the `attributes` of meshes.  `blurred` are the same
+    surfaces as paths see them that filter glossy blurs, None where it changes nothing.
     """
 
     recipes: tuple[Recipe, ...]
@@ -215,6 +250,7 @@ class SurfaceTable:
     has_holdout: bool
     modules: tuple[Any, ...]
     reads_spaces: bool
+    tells_kinds: bool = False
     attributes: frozenset[Asked] = frozenset()
     place: Place = NOWHERE
     blurred: "SurfaceTable | None" = None
@@ -227,6 +263,11 @@ class SurfaceTable:
     def has_specular(self) -> bool:
         """Whether any closure is glossy: rays from it may have to meet lamps."""
         return any(module.RAY_KIND == GLOSSY for module in self.modules)
+
+    @property
+    def mixes_kinds(self) -> bool:
+        """Whether rays of two kinds may go the same way from a surface."""
+        return any(recipe.mixes_kinds for recipe in self.recipes)
 
     @property
     def bends_normals(self) -> bool:
@@ -259,8 +300,13 @@ class SurfaceTable:
         arrival: Arrival,
         throughput: Vec | None,
         is_chosen: bool,
+        has_odds: bool = False,
     ) -> tuple[Shaded, ...]:
-        """Return the closures at `points`, program by program; `is_chosen`: one will go on."""
+        """Return the closures at `points`, program by program; `is_chosen`: one will go on.
+
+        `has_odds`: tell of closures of several kinds how probably each would be chosen.
+        """
+        how = is_chosen, has_odds
         some = None
         shaded: list[Shaded] = []
         if self.blurred is not None and arrival.blur is not None:
@@ -268,11 +314,11 @@ class SurfaceTable:
             some, other = np.flatnonzero(is_blurred), np.flatnonzero(~is_blurred)
             if some.size:
                 index = some if other.size else None
-                shaded += self.blurred._shade(points, arrival, throughput, index, is_chosen)
+                shaded += self.blurred._shade(points, arrival, throughput, index, *how)
             if not other.size:
                 return tuple(shaded)
             some = other if some.size else None
-        shaded += self._shade(points, arrival, throughput, some, is_chosen)
+        shaded += self._shade(points, arrival, throughput, some, *how)
         return tuple(shaded)
 
     def _shade(
@@ -282,11 +328,12 @@ class SurfaceTable:
         throughput: Vec | None,
         some: Index | None,
         is_chosen: bool,
+        has_odds: bool,
     ) -> Iterator[Shaded]:
         for recipe, index, column in self._split(points.material, some):
             if recipe.lobes:
                 context = Context(points, arrival, index, self.place)
-                yield recipe.shade(context, column, throughput, is_chosen)
+                yield recipe.shade(context, column, throughput, is_chosen, has_odds)
 
     def emission(self, points: Points, arrival: Arrival) -> Iterator[tuple[Index | None, Array]]:
         """Yield points and the radiance (3, n) or (3, 1) that they emit to the viewer."""
@@ -382,7 +429,8 @@ def compile_table(surfaces: Sequence[Surface]) -> SurfaceTable:
     """Sort the surfaces of all materials into programs."""
     groups: dict[Any, list[int]] = {}
     for number, surface in enumerate(surfaces):
-        key = tuple(lobe.closure for lobe in surface.lobes), structure(surface.outputs())
+        closures = tuple(lobe.closure for lobe in surface.lobes)
+        key = closures, structure(surface.outputs()), surface.softening
         groups.setdefault(key, []).append(number)
     program = np.zeros(len(surfaces), np.int32)
     column = np.zeros(len(surfaces), np.int32)
@@ -403,6 +451,7 @@ def compile_table(surfaces: Sequence[Surface]) -> SurfaceTable:
         any(surface.holdout is not None for surface in surfaces),
         tuple(REGISTRY[name] for name in names),
         any(reader(item)[0] in READS_SPACES for recipe in recipes for item in recipe.program.order),
+        any(tells_kinds(recipe.program.order) for recipe in recipes),
         frozenset(asked for recipe in recipes for asked in asked_by(recipe.program.order)),
     )
 
@@ -443,4 +492,5 @@ def _recipe(members: list[Surface]) -> Recipe:
         order(first.holdout),
         first.bent,
         order(first.bent),
+        first.softening,
     )

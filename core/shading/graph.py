@@ -42,8 +42,9 @@ class Graph:
     """Makes values of node sockets; `notes` are what it could not honour.
 
     A node's output is made once, however many sockets it feeds.  root: the shader that all belongs
-    to; material_index: the number that the user gave the material; discs: of suns in the sky;
-    finest: width and height of the largest picture of the surroundings.
+    to; material_index: the number that the user gave the material; bump_width [pixels]: how far
+    beside the hit heights are looked at; discs: of suns in the sky; finest: width and height of the
+    largest picture of the surroundings.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class Graph:
         self.discs: tuple[Disc, ...] = ()
         self.finest = (0, 0)
         self.material_index = 0
+        self.bump_width = 0.1
         self._table = table
         self._root = root
         self._known: dict[tuple[int, str], Value | None] = {}

@@ -36,7 +36,8 @@ class Surface:
     """The lobes of a material, its emitted radiance [W/(sr m2)], what passes, what is held out.
 
     Constants that are black are left out (None).  weights: of shader nodes, by id, as they flow
-    down from the output.  bent: the shading normal where the material displaces it.
+    down from the output.  bent: the shading normal where the material displaces it; softening: of
+    light on closures with normals of their own.
     """
 
     graph: Graph
@@ -47,6 +48,7 @@ class Surface:
     holdout: Value | None = None
     weights: dict[int, Value] = field(default_factory=dict)
     bent: Value | None = None
+    softening: str = "MICROFACET"
 
     @property
     def notes(self) -> list[Note]:

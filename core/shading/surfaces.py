@@ -11,7 +11,6 @@ from ..scene import Link, Material, Node
 from .graph import Graph, Library, NodeFunction, output_of, title
 from .inputs import NORMAL
 from .nodes import NODES
-from .nodes.normals import FILTER_WIDTH
 from .normals import bump, bump_undisplaced
 from .rules import Rules
 from .shaders import SHADER_INPUTS, SHADERS
@@ -29,11 +28,14 @@ def compile_surface(
     surface = Surface(Graph(owner, NODES, library, root), rules)
     if material is None:
         surface.add("diffuse", constant((0.8, 0.8, 0.8)))
-    elif material.surface is not None:
+    else:
         surface.graph.material_index = material.index
-        _follow(surface, material.surface)
-    if material is not None and material.bumps:
-        surface.bent = _displaced(surface.graph, output_of(material), material.moves)
+        surface.graph.bump_width = material.bump_width
+        surface.softening = material.bump_softening
+        if material.surface is not None:
+            _follow(surface, material.surface)
+        if material.bumps:
+            surface.bent = _displaced(surface.graph, output_of(material), material.moves)
     if surface.transparency is not None:
         share = average(surface.transparency)
         surface.lobes.append(Lobe("transparent", surface.transparency, (), share))
@@ -51,8 +53,8 @@ def _displaced(graph: Graph, output: Node, is_moved: bool) -> Value | None:
     if way.is_constant:
         return None
     if is_moved:
-        return bump_undisplaced(height, NORMAL, FILTER_WIDTH)
-    return bump(height, constant(1.0), constant(1.0), NORMAL, FILTER_WIDTH)
+        return bump_undisplaced(height, NORMAL, graph.bump_width)
+    return bump(height, constant(1.0), constant(1.0), NORMAL, graph.bump_width)
 
 
 def compile_shader(

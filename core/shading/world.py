@@ -14,6 +14,7 @@ from .program import Program, merge
 from .rules import Rules
 from .sky.disc import Disc
 from .surfaces import compile_shader
+from .telling import tells_kinds
 from .values import Array, Value, walk
 
 
@@ -85,6 +86,11 @@ class WorldShader:
     def is_constant(self) -> bool:
         """Whether all directions look the same to all rays."""
         return self.value.is_constant
+
+    @property
+    def tells_kinds(self) -> bool:
+        """Whether rays from matte and from glossy closures see different worlds."""
+        return tells_kinds(self.order)
 
     def radiance(
         self, direction: Vec, kinds: NDArray[np.uint8] | int, with_discs: bool = True

@@ -244,9 +244,8 @@ def _of_closure(lobe: LobeAt, index: Index | None, sample: Sample) -> Scalar | V
         value, pdf = module.evaluate(lobe.parameters, lobe.frame.wo, wi)
 
     if lobe.smooth is not None:
-        wi = _part(sample.wi, index)
-        kept = bump_shadow(lobe.smooth, lobe.frame.normal, wi, module.RAY_KIND == DIFFUSE, False)
-        value = value * kept
+        way = lobe.smooth, lobe.frame.normal, _part(sample.wi, index), lobe.softening
+        value = value * bump_shadow(*way, module.RAY_KIND == DIFFUSE, False)
 
     # Share the light with the scattered rays that meet it.
     light_pdf = sample.matte_pdf if module.RAY_KIND == DIFFUSE else sample.pdf

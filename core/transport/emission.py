@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec, dot, take, unit
-from ..bsdf import CAMERA, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
+from ..bsdf import CAMERA, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION, sent_as
 from ..geometry.accel import Hits
 from ..geometry.surface import Points, resolve
 from ..lights import Group as LampGroup
@@ -56,7 +56,10 @@ def add_world(
         add_background(plan, paths, escaped, rays.direction, radiance)
     kinds = paths.kinds.take(escaped)
     if plan.world_seen_by != EVERY_KIND:
-        seen = np.flatnonzero(visible(plan.world_seen_by, kinds))
+        # Who was sampled on purpose is seen by the kind that was lit.
+        by_sender = plan.mixes_kinds and plan.environment is not None
+        by = sent_as(kinds) if by_sender else kinds
+        seen = np.flatnonzero(visible(plan.world_seen_by, by))
         escaped, kinds = escaped.take(seen), kinds.take(seen)
     direction = rays.direction.take(escaped, axis=1)
     light = plan.world.radiance(direction, kinds)
@@ -134,7 +137,8 @@ def _share(
     pdf *= lights.pmf(place, light)
     pdf *= _samples_at(plan, place)
     if paths.kind is not None:
-        pdf *= (group.seen_by & _lit_as(paths.kind.take(index))) != 0
+        kinds = paths.kind.take(index)
+        pdf *= (group.seen_by & _lit_as(sent_as(kinds) if plan.mixes_kinds else kinds)) != 0
     if paths.receiver is not None:
         pdf *= _linked(group, paths.receiver.take(index))
     weight[found] = power_weight(paths.pdf.take(index), pdf)
@@ -198,7 +202,7 @@ def add_lamps(
     """Add the light of lamps that paths cross before their hit; lamps do not block."""
     if plan.lights is None or not plan.lamps_seen_by:
         return
-    kinds = paths.kinds
+    kinds = sent_as(paths.kinds) if plan.mixes_kinds else paths.kinds
     met = (kinds & plan.lamps_seen_by) != 0
     index = np.flatnonzero(met & ((kinds & DIFFUSE) == 0))
     if not index.size:

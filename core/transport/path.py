@@ -123,7 +123,7 @@ def _bounce(
         points = _placed(plan, points, depth)
         arrival = describe(plan, paths, depth)
         shaded = plan.surfaces.shade(  # points -> closures
-            points, arrival, paths.throughput, not splits_lobes(plan, depth)
+            points, arrival, paths.throughput, not splits_lobes(plan, depth), plan.mixes_kinds
         )
         tally.vertices += paths.size
         tally.lap("shading")

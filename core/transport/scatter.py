@@ -12,7 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Index, Scalar, Vec, check, dot, take
-from ..bsdf import CAMERA, CLEAR, DIFFUSE, GLOSSY, SINGULAR, STRAIGHT, TRANSMISSION, transparent
+from ..bsdf import (
+    CAMERA,
+    CLEAR,
+    DIFFUSE,
+    GLOSSY,
+    MATTE,
+    SINGULAR,
+    STRAIGHT,
+    TRANSMISSION,
+    sent_as,
+    transparent,
+)
 from ..geometry.surface import Points
 from ..geometry.terminator import bump_shadow, shift
 from ..plan import Plan
@@ -20,6 +31,7 @@ from ..sampling.dimensions import CHOICE, ROULETTE, SCATTER, dimension
 from ..sampling.draws import Draws
 from ..shading import Arrival, LobeAt, Shaded, choose, columns
 from ..statistics import Tally
+from .labels import Label, Senders
 from .lazy import Lazy
 from .radiance import Radiance
 from .state import Paths, Rays, join
@@ -42,7 +54,7 @@ class Branch:
 
     through (n,) tells which pass the surface, None is none; is_clear: to the film, they then pass
     nothing but transparency; pdf (n,) of the directions, None is infinite; the first branch keeps
-    its slot.
+    its slot.  label: as what the rays count, None is as the closure's kind.
     """
 
     points: Lazy
@@ -54,6 +66,7 @@ class Branch:
     module: Any
     is_first: bool
     is_clear: bool | NDArray[np.bool_] = False
+    label: Label | None = None
 
     def take(self, index: Index, survival: Scalar) -> "Branch":
         """Return the branch at `index`, its weight divided by the probability to survive."""
@@ -67,6 +80,7 @@ class Branch:
             self.module,
             self.is_first,
             clear if isinstance(clear := self.is_clear, bool) else columns(clear, index),
+            None if self.label is None else self.label.take(index),
         )
 
 
@@ -135,7 +149,8 @@ def _all_branches(
             part = Lazy(paths, index), Lazy(points, index)
             w = third if third is None or index is None else third.take(index)
             is_first = not is_split or number == 0
-            yield from _branches(plan, *part, lobe, draws, w, depth, is_first)
+            senders = Senders(each, lobe, some) if plan.mixes_kinds else None
+            yield from _branches(plan, *part, lobe, senders, draws, w, depth, is_first)
 
 
 def _needs_choice(plan: Plan, shaded: Sequence[Shaded], is_split: bool) -> bool:
@@ -156,6 +171,7 @@ def _branches(
     paths: Lazy,
     points: Lazy,
     lobe: LobeAt,
+    senders: Senders | None,
     draws: Draws,
     w: Scalar | None,
     depth: int,
@@ -187,20 +203,21 @@ def _branches(
     else:
         wi, weight, pdf = module.sample(lobe.parameters, frame.wo, u, v, w)
         direction, through = frame.world(wi), wi[2] < 0 if module.TRANSMITS else None
+    label = None if senders is None else senders.label(direction, pdf, draws, depth, paths.slot)
     if lobe.share is not None:
         # The closure was chosen with this probability.
         share = np.maximum(lobe.share, F32(1e-30))
         weight = np.reciprocal(share) if weight is None else weight / share
         pdf = None if pdf is None else pdf * lobe.share
     if lobe.smooth is not None and module.RAY_KIND == DIFFUSE:
-        kept = bump_shadow(lobe.smooth, lobe.frame.normal, direction, True, True)
+        kept = bump_shadow(lobe.smooth, lobe.frame.normal, direction, lobe.softening, True, True)
         kept = kept if through is None else np.where(through, F32(1), kept)
         weight = kept if weight is None else weight * kept
     weight = lobe.weight if weight is None else lobe.weight * weight
     weight = _shifted(plan, points, lobe, direction, through, weight)
     pdf = None if module.IS_DELTA else pdf
     clear = _is_clear(plan, lobe)
-    yield Branch(points, paths, direction, through, weight, pdf, module, is_first, clear)
+    yield Branch(points, paths, direction, through, weight, pdf, module, is_first, clear, label)
 
 
 def _is_clear(plan: Plan, lobe: LobeAt) -> bool | NDArray[np.bool_]:
@@ -272,7 +289,8 @@ def _segment(plan: Plan, branch: Branch, draws: Draws, depth: int, tally: Tally)
     if depth >= plan.least_limit and not plan.has_transparent:
         onward = _account(plan, branch, depth)
         assert onward.kind is not None and onward.last is not None
-        strength *= ~onward.last | ((onward.kind & plan.kinds_that_meet_light) != 0)
+        kinds = onward.kind | sent_as(onward.kind) if plan.mixes_kinds else onward.kind
+        strength *= ~onward.last | ((kinds & plan.kinds_that_meet_light) != 0)
 
     # Faint branches go on at random, and black ones end.
     faint: Scalar | np.float32 = FAINT
@@ -334,7 +352,10 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
     paths, points = branch.paths, branch.points
     module, through = branch.module, branch.through
     size = branch.direction.shape[1]
-    kind = np.full(size, module.RAY_KIND, np.uint8)
+    label = branch.label
+    kind = np.full(size, module.RAY_KIND, np.uint8) if label is None else label.kind.copy()
+    if plan.mixes_kinds and module.RAY_KIND == DIFFUSE:
+        kind |= np.uint8(MATTE)
     if module.IS_DELTA:
         kind |= np.uint8(SINGULAR)
     if through is not None:
@@ -357,7 +378,9 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
     if plan.kind_limits is not None:
         count = np.zeros((3, size), np.int16) if paths.count is None else paths.count.copy()
         row = 0 if module.RAY_KIND == DIFFUSE else 1
-        if through is None:
+        if label is not None:
+            last = done | _count(count, label.is_matte, through, plan.kind_limits)
+        elif through is None:
             count[row] += 1
             last = done | (count[row] > plan.kind_limits[row])
         else:
@@ -372,7 +395,8 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
         pdf = np.full(size, np.inf, F32) if branch.pdf is None else branch.pdf
     if plan.blur_glossy > 0:
         assert pdf is not None
-        least = pdf if paths.least_pdf is None else np.minimum(paths.least_pdf, pdf)
+        least = pdf if label is None else label.pdf
+        least = least if paths.least_pdf is None else np.minimum(paths.least_pdf, least)
     slot = np.arange(size) if paths.slot is None else paths.slot
     throughput = np.broadcast_to(branch.weight, (3, size))
     passed = travelled = None
@@ -394,6 +418,20 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
         passed,
         travelled,
     )
+
+
+def _count(
+    count: NDArray[np.int16],
+    is_matte: NDArray[np.bool_],
+    through: NDArray[np.bool_] | None,
+    limits: tuple[int, int, int],
+) -> NDArray[np.bool_]:
+    """Add rays of several kinds to the bounces (3, n); tell which have more than they may."""
+    behind = np.zeros(is_matte.size, bool) if through is None else through
+    each = np.stack([is_matte & ~behind, ~is_matte & ~behind, behind])
+    count += each
+    over: NDArray[np.bool_] = (each & (count > np.array(limits)[:, None])).any(axis=0)
+    return over
 
 
 def _receiver(plan: Plan, points: Lazy) -> NDArray[np.uint8] | None:

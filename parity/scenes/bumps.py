@@ -24,6 +24,12 @@ def _displaced(s: Any, shader: Node) -> None:
     s.displace(s.standard(shader), node("Displacement", Height=WAVES, Scale=0.06, Midlevel=0.0))
 
 
+def _uncorrected(s: Any) -> None:
+    """Put steep waves whose light is not softened near the terminator."""
+    ball = s.standard(node("BsdfDiffuse", Normal=STEEP))
+    ball.data.materials[0].cycles.use_bump_map_correction = False
+
+
 def _row(name: str, shows: str, shader: Node, tags: tuple[str, ...] = (), **more: Any) -> Scene:
     return Scene(f"bump_{name}", shows, ball_of(shader, **more), LEAN, tags)
 
@@ -32,6 +38,7 @@ ROWS = (
     _row("diffuse", "Matte waves.", node("BsdfDiffuse", Normal=BUMP), QUICK),
     _row("diffuse_steep", "Steep matte waves, which darken near the terminator.",
          node("BsdfDiffuse", Normal=STEEP)),
+    Scene("bump_uncorrected", "The same without bump map correction.", _uncorrected, LEAN),
     _row("diffuse_rough", "Waves of clay.", node("BsdfDiffuse", Roughness=1.0, Normal=BUMP)),
     _row("flat", "Waves on facets.", node("BsdfDiffuse", Normal=BUMP), smooth=False),
     _row("glossy", "Brushed waves.", glossy(0.3, Normal=BUMP)),

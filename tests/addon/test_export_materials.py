@@ -117,6 +117,11 @@ def materials():
     tree, *_ = material("Nothing")
     tree.nodes.clear()
 
+    # Bent normals: whose light is softened, and whose not
+    material("Soft")
+    material("Hard")
+    made["Hard"].cycles.use_bump_map_correction = False
+
     # A chain far longer than Python's stack
     _, new, link, principled = material("Chain")
     last = new("ShaderNodeGamma")
@@ -142,7 +147,8 @@ def materials():
             break
         chain, length = following.node, length + 1
     kept = {i.name: i.materials[0] for i in scene.instances if i.name != "Chain"}
-    return kept, [(note.owner, note.what) for note in scene.notes], length
+    notes = [(note.owner, note.what) for note in scene.notes]
+    return kept, notes, length, bpy.app.version
 
 
 @pytest.fixture(scope="module")
@@ -214,6 +220,13 @@ def test_the_output_for_cycles_counts_and_what_else_it_has_is_noted(exported):
 
 def test_a_long_chain_of_nodes_does_not_overflow_the_stack(exported):
     assert exported[2] == 1501
+
+
+def test_light_on_bent_normals_is_softened_as_this_version_of_cycles_does(exported):
+    materials, *_, version = exported
+    assert materials["Hard"].bump_softening == "NONE"
+    assert materials["Soft"].bump_softening == ("CUBIC" if version < (4, 5) else "MICROFACET")
+    assert materials["Soft"].bump_width == (1.0 if version < (4, 4) else 0.1)
 
 
 def test_a_material_without_nodes_is_diffuse(exported):

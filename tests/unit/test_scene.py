@@ -56,6 +56,10 @@ REFUSED = (
     ),
     (lambda: lamp(blockers=-1), "Light 'Key': a mask of light linking sets does not fit"),
     (lambda: Instance("Cube", mesh(), NAN), "Object 'Cube': its matrix has a number that is not"),
+    (
+        lambda: s.Material("Clay", bump_softening="SOFT"),
+        "Material 'Clay': unknown bump softening 'SOFT'",
+    ),
     (lambda: lamp(kind="LASER"), "Light 'Key': unknown kind 'LASER'"),
     (lambda: lamp(to_world=NAN), "Light 'Key': its matrix has a number that is not finite"),
     (lambda: lamp(strength=(1.0, np.inf, 1.0)), "Light 'Key': strength is"),

@@ -81,19 +81,15 @@ def _bump(graph: Graph, node: Node, output: str) -> Value:
         given = graph.vector(node, "Normal", (0, 0, 0))
         assert given is not None
         normal = read(unit_normal, given, kind=VECTOR)
-    width = graph.number(node, "Filter Width", OLD_FILTER_WIDTH)
+    width = graph.number(node, "Filter Width", graph.bump_width)
     return bump(
         graph.number(node, "Height", 1.0),
         graph.number(node, "Strength", 1.0),
         graph.number(node, "Distance", 1.0),
         normal,
-        max(float(width.constant[0]), 1e-3) if width.constant is not None else FILTER_WIDTH,
+        max(float(width.constant[0]), 1e-3) if width.constant is not None else graph.bump_width,
         graph.choice(node, "invert", False),
     )
-
-
-# Of a pixel (Blender 5); before nodes could tell, it was a whole one
-FILTER_WIDTH, OLD_FILTER_WIDTH = 0.1, 1.0
 
 
 def _displacement(graph: Graph, node: Node, output: str) -> Value | None:

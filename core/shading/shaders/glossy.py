@@ -35,10 +35,13 @@ def _glossy(surface: Surface, node: Node, weight: Value) -> None:
         frame = {"normal": rough.axis.valid, "tangent": rough.tangent}
         surface.add("ashikhmin shirley", weight, *alphas, **frame)
         return
+    share = None
     if choice == "MULTI_GGX":
         # The colour is also the facets': light that bounces between them is coloured again.
-        weight = weight * kept_energy(rough, clamp(colour)).factor
-    add_reflection(surface, "unit", weight, rough, distribution=DISTRIBUTIONS.get(choice, "ggx"))
+        energy = kept_energy(rough, clamp(colour))
+        weight, share = weight * energy.factor, energy.share()
+    distribution = DISTRIBUTIONS.get(choice, "ggx")
+    add_reflection(surface, "unit", weight, rough, importance=share, distribution=distribution)
 
 
 def _stretched(surface: Surface, node: Node, rough: Roughness) -> Roughness:
@@ -88,7 +91,8 @@ def _metallic(surface: Surface, node: Node, weight: Value) -> None:
             albedo.estimated_albedo_f82, rough.mean, rough.axis.cosine, colour, kind=COLOUR
         )
     if choice == "MULTI_GGX":
-        weight = weight * kept_energy(rough, fss).factor
+        energy = kept_energy(rough, fss)
+        weight, share = weight * energy.factor, energy.share(share)
     if thickness.largest() > THIN_FILM:
         model, parameters = f"{model} film", (*parameters, thickness, film_index(surface, node))
     add_reflection(
@@ -124,16 +128,16 @@ def _glass(surface: Surface, node: Node, weight: Value) -> None:
     ior = index_of(surface, node)
     colour = positive(graph.colour(node, "Color"))
     choice = graph.choice(node, "distribution", "MULTI_GGX")
+    kept = None
     if choice == "MULTI_GGX" and not rough.is_smooth:
-        weight = weight * kept_glass_energy(rough, ior, colour).factor
+        kept = kept_glass_energy(rough, ior, colour)
     f0 = normal_reflectance(ior)
     thickness = graph.number(node, "Thin Film Thickness")
     film: tuple[Value, ...] = ()
     if thickness.largest() > THIN_FILM:
         film = thickness, film_index(surface, node)
-    add_glass(
-        surface, weight, rough, ior, f0, colour, colour, DISTRIBUTIONS.get(choice, "ggx"), film
-    )
+    distribution = DISTRIBUTIONS.get(choice, "ggx")
+    add_glass(surface, weight, rough, ior, f0, colour, colour, distribution, film, kept)
 
 
 def _refraction(surface: Surface, node: Node, weight: Value) -> None:

@@ -20,6 +20,7 @@ from .reflection import (
     add_glass,
     add_pane,
     add_reflection,
+    estimated,
     index_of,
     isotropic,
     kept_energy,
@@ -61,11 +62,12 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
     if metallic.largest() > 0:
         b = step(fresnel.f82_b, clamped, clamp(tint))
         metal = weight * metallic
-        if is_multiple:
-            metal = metal * kept_energy(rough, step(fresnel.f82_average, clamped, b)).factor
         share = step(
             albedo.estimated_albedo_f82, rough.mean, rough.axis.cosine, clamped, kind=COLOUR
         )
+        if is_multiple:
+            energy = kept_energy(rough, step(fresnel.f82_average, clamped, b))
+            metal, share = metal * energy.factor, energy.share(share)
         add_reflection(
             surface, named("f82", film), metal, rough, clamped, b, *film, importance=share
         )
@@ -79,10 +81,11 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
             add_pane(surface, glass, smooth, ior, tint, clamped, film)
         else:
             root = step(np.sqrt, clamped)
+            kept = None
             if is_multiple and not smooth.is_smooth:
-                glass = glass * kept_glass_energy(smooth, ior, root).factor
+                kept = kept_glass_energy(smooth, ior, root)
             f0 = clamp(normal_reflectance(ior) * tint)
-            add_glass(surface, glass, smooth, ior, f0, WHITE, root, film=film)
+            add_glass(surface, glass, smooth, ior, f0, WHITE, root, film=film, energy=kept)
         weight = weight * (1.0 - transmission)
 
     # The dielectric's reflection, and what it lets down to the base
@@ -135,10 +138,10 @@ def _coat(surface: Surface, node: Node, weight: Value, normal: Value | None) -> 
     rough = isotropic(graph.number(node, "Coat Roughness", 0.03), normal)
     ior = clamp(graph.number(node, "Coat IOR", 1.5), 1.0, np.inf)
     own = weight * amount
-    share = _estimated(rough, ior, normal_reflectance(ior))
+    share = estimated(rough, ior, normal_reflectance(ior))
     energy = kept_energy(rough, step(fresnel.dielectric_average, ior))
-    factor = energy.factor
-    add_reflection(surface, "dielectric", own * factor, rough, ior, importance=share)
+    seen = own * energy.factor
+    add_reflection(surface, "dielectric", seen, rough, ior, importance=energy.share(share))
     below = step(albedo.layering, own * energy.darkening * share, weight, kind=COLOUR)
 
     # Light that goes down and up is coloured by the way it takes through the coat.
@@ -151,11 +154,6 @@ def _coat(surface: Surface, node: Node, weight: Value, normal: Value | None) -> 
 def _absorbed(tint: Array, cosine: Array, ior: Array) -> Array:
     beyond = np.sqrt(np.float32(1) - (np.float32(1) - cosine * cosine) / (ior * ior))
     return np.power(tint, np.float32(1) / beyond)
-
-
-def _estimated(rough: Roughness, eta: Value, f0: Value) -> Value:
-    args = rough.mean, rough.axis.cosine, eta, f0
-    return step(albedo.estimated_albedo_remapped, *args, kind=f0.kind)
 
 
 def _specular(
@@ -177,15 +175,17 @@ def _specular(
     if eta.is_exactly(1) and not film:
         return weight
     f0 = clamp(f0 * tint)
-    own, darkening = weight, WHITE
-    if is_multiple:
-        energy = kept_energy(rough, step(fresnel.remapped_average, eta, f0, kind=COLOUR))
-        own, darkening = weight * energy.factor, energy.darkening
     if film:
         share = step(thin_film.film_remapped, rough.axis.cosine, eta, f0, *film, kind=COLOUR)
     else:
-        share = _estimated(rough, eta, f0)
-    add_reflection(surface, named("remapped", film), own, rough, eta, f0, *film, importance=share)
+        share = estimated(rough, eta, f0)
+    own, darkening, importance = weight, WHITE, share
+    if is_multiple:
+        energy = kept_energy(rough, step(fresnel.remapped_average, eta, f0, kind=COLOUR))
+        own, darkening = weight * energy.factor, energy.darkening
+        importance = energy.share(share)
+    model = named("remapped", film)
+    add_reflection(surface, model, own, rough, eta, f0, *film, importance=importance)
     return step(albedo.layering, weight * darkening * share, weight, kind=COLOUR)
 
 

@@ -49,6 +49,17 @@ class Roughness(NamedTuple):
         return step(albedo.roughness_of, self.x, self.y)
 
 
+class Energy(NamedTuple):
+    """By what a lobe is multiplied for the light between its facets, and the darkening in it."""
+
+    factor: Value
+    darkening: Value
+
+    def share(self, estimated: Number = 1.0) -> Value:
+        """Return by what the lobe is chosen, so multiplied: Cycles does not count the gain."""
+        return self.darkening / self.factor * estimated
+
+
 def isotropic(roughness: Value, normal: Value | None = None) -> Roughness:
     """Return the alphas of a node's roughness, its square."""
     alpha = clamp(roughness)
@@ -97,13 +108,17 @@ def add_glass(
     transmission: Value,
     distribution: str = "ggx",
     film: tuple[Value, ...] = (),
+    energy: Energy | None = None,
 ) -> None:
     """Add glass that reflects and refracts, seen from either side; film: thickness and index."""
     if not surface.rules.has_reflective_caustics:
         reflection = reflection * (1.0 - AFTER_MATTE)
     if not surface.rules.has_refractive_caustics:
         transmission = transmission * (1.0 - AFTER_MATTE)
-    share = (reflection + transmission) * 0.5
+    reflected = estimated(rough, ior, f0)
+    share = reflected * reflection + (1.0 - reflected) * transmission
+    if energy is not None:
+        weight, share = weight * energy.factor, energy.share(share)
     model = "glass"
     optics: tuple[Value, ...] = relative_index(ior), f0
     if film:
@@ -142,14 +157,18 @@ def add_pane(
         # Matte surfaces see no such light.
         kept = [1.0 - AFTER_MATTE * (0.0 if switch else 1.0) for switch in switches]
         reflected, passed = reflected * kept[0], passed * kept[1]
-    add_reflection(surface, "unit", weight * reflected * kept_energy(rough, tint).factor, rough)
+    energy = kept_energy(rough, tint)
+    mirrored = weight * reflected * energy.factor
+    add_reflection(surface, "unit", mirrored, rough, importance=energy.share())
     alpha = step(thin_wall.transmission_alpha, rough.x, ior)
     weight = weight * passed
     if alpha.largest() <= np.sqrt(SMOOTH) and not surface.rules.is_blurred:
         surface.add("smooth thin", weight, normal=rough.axis.valid)
         return
-    energy = kept_energy(Roughness(alpha, alpha, None, rough.axis), None).factor
-    surface.add("ggx thin", weight * energy, blurred(surface, alpha), normal=rough.axis.valid)
+    energy = kept_energy(Roughness(alpha, alpha, None, rough.axis), None)
+    weight, alpha = weight * energy.factor, blurred(surface, alpha)
+    normal, share = rough.axis.valid, energy.share()
+    surface.add("ggx thin", weight, alpha, normal=normal, importance=share)
 
 
 def add_refraction(
@@ -164,6 +183,12 @@ def add_refraction(
     else:
         alpha = blurred(surface, rough.x)
         surface.add(f"{distribution} refraction", weight, alpha, eta, normal=rough.axis.valid)
+
+
+def estimated(rough: Roughness, eta: Value, f0: Value) -> Value:
+    """Return the share of light that a dielectric reflects, as Cycles estimates it."""
+    args = rough.mean, rough.axis.cosine, eta, f0
+    return step(albedo.estimated_albedo_remapped, *args, kind=f0.kind)
 
 
 def blurred(surface: Surface, alpha: Value) -> Value:
@@ -192,13 +217,6 @@ def index_of(surface: Surface, node: Node, default: float = 1.5) -> Value:
 def normal_reflectance(ior: Value) -> Value:
     """Return the reflectance at perpendicular incidence."""
     return step(fresnel.f0_from_ior, ior)
-
-
-class Energy(NamedTuple):
-    """By what a lobe is multiplied for the light between its facets, and the darkening in it."""
-
-    factor: Value
-    darkening: Value
 
 
 def kept_energy(rough: Roughness, fss: Value | None) -> Energy:
