@@ -44,7 +44,7 @@ class PenumbraRenderEngine(bpy.types.RenderEngine):
     bl_use_custom_freestyle = False
     bl_use_gpu_context = False
     bl_use_shading_nodes_custom = False
-    bl_use_spherical_stereo = False
+    bl_use_spherical_stereo = True
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -104,7 +104,8 @@ class _Job:
         if scene is None:
             return export_scene(engine, depsgraph, frame, engine.test_break)
         notes: list[Note] = []
-        return replace(scene, camera=export_camera(engine, depsgraph, frame, notes))
+        camera = export_camera(engine, depsgraph, frame, notes)
+        return replace(scene, camera=camera, notes=tuple(dict.fromkeys((*scene.notes, *notes))))
 
     def sample(self, scene: Scene, settings: Settings, export_seconds: float) -> None:
         """Render one view, write it to Blender's result, and tell how it went."""

@@ -15,6 +15,7 @@ import signal
 import sys
 import tempfile
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -91,14 +92,16 @@ def clock(seconds: float) -> str:
 class Draft:
     """A file beside its target; it becomes the target at once and whole if the block ends well.
 
-    Otherwise the end of the process removes it: see `leave`.  Raises BadInput.
+    Where Blender writes a file for each view, these do, with `suffixes` to their names.  Otherwise
+    the end of the process removes it: see `leave`.  Raises BadInput.
     """
 
     current: "Path | None" = None
 
-    def __init__(self, target: Path) -> None:
-        check_target(target)
-        self.target = target
+    def __init__(self, target: Path, suffixes: Iterable[str] = ("",)) -> None:
+        self.target, self.suffixes = target, tuple(suffixes)
+        for suffix in self.suffixes:
+            check_target(suffixed(target, suffix))
 
     def __enter__(self) -> Path:
         folder, suffix = self.target.parent, self.target.suffix
@@ -115,9 +118,32 @@ class Draft:
             # Give it the rights that a new file has.
             mask = os.umask(0)
             os.umask(mask)
-            Draft.current.chmod(0o666 & ~mask)
-            Draft.current.replace(self.target)
+            for suffix in self.suffixes:
+                part = suffixed(Draft.current, suffix)
+                part.chmod(0o666 & ~mask)
+                part.replace(suffixed(self.target, suffix))
+            self.remove()
+
+    @staticmethod
+    def remove() -> None:
+        """Remove what is left of the current draft."""
+        if Draft.current is not None:
+            for part in Draft.current.parent.glob(f"{Draft.current.stem}*"):
+                part.unlink(missing_ok=True)
             Draft.current = None
+
+
+def suffixed(path: Path, suffix: str) -> Path:
+    """Return a path with a view's suffix to its name, as Blender appends it."""
+    return path.with_name(f"{path.stem}{suffix}{path.suffix}")
+
+
+def view_suffixes(render: bpy.types.RenderSettings) -> dict[str, str]:
+    """Return the suffix of each view's file by its name, {"": ""} if there is one file in all."""
+    if not render.use_multiview or render.image_settings.views_format != "INDIVIDUAL":
+        return {"": ""}
+    views = render.views if render.views_format == "MULTIVIEW" else render.stereo_views
+    return {view.name: view.file_suffix for view in views if view.use}
 
 
 def first_line(error: Exception) -> str:
@@ -180,7 +206,8 @@ def render_frame(scene: bpy.types.Scene, frame: int, target: Path) -> list[dict[
     if scene.camera is None:
         raise BadInput(f"scene {scene.name!r} has no camera in frame {frame}")
     before = len(report.frames)
-    with Draft(target) as path:
+    suffixes = view_suffixes(scene.render)
+    with Draft(target, suffixes.values()) as path:
         # Blender 5 reads braces in a path as a template.
         plain = str(path)
         if bpy.app.version >= (5, 0):
@@ -194,9 +221,14 @@ def render_frame(scene: bpy.types.Scene, frame: int, target: Path) -> list[dict[
         reports = report.frames[before:]
         if not reports and not (scene.render.use_sequencer and scene.sequence_editor):
             raise RenderFailed(f"frame {frame}: Blender never called the engine")
-        if path.stat().st_size == 0:
-            raise RenderFailed(f"frame {frame}: Blender wrote no picture")
-    return [{**each, "output": str(target)} for each in reports]
+        for suffix in suffixes.values():
+            part = suffixed(path, suffix)
+            if not part.exists() or part.stat().st_size == 0:
+                raise RenderFailed(f"frame {frame}: Blender wrote no picture")
+    return [
+        {**each, "output": str(suffixed(target, suffixes.get(each["view"], "")))}
+        for each in reports
+    ]
 
 
 def write_report(job: RenderJob, frames: list[dict[str, Any]]) -> None:
@@ -234,13 +266,13 @@ def run(job: RenderJob, console: Console) -> None:
         for each in reports:
             for note in each["not_honoured"]:
                 console.say(f"not honoured: {note['owner']}: {note['what']}")
-        console.say(f"wrote {target} in {clock(time.monotonic() - start)}")
+        written = ", ".join(dict.fromkeys(each["output"] for each in reports)) or str(target)
+        console.say(f"wrote {written} in {clock(time.monotonic() - start)}")
 
 
 def leave(code: int) -> NoReturn:
     """End the process at once, and with nothing half written."""
-    if Draft.current is not None:
-        Draft.current.unlink(missing_ok=True)
+    Draft.remove()
     shutil.rmtree(bpy.app.tempdir, ignore_errors=True)  # Blender would at its own end
     os._exit(code)
 

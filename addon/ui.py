@@ -91,12 +91,29 @@ DECLINED = {
 }
 BORROWED = {
     "DATA_PT_EEVEE_light",
+    "DATA_PT_camera_dof",
+    "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
     "NODE_DATA_PT_EEVEE_light",
     "VIEWLAYER_PT_filter",
     "VIEWLAYER_PT_override",
+}
+
+# Panorama -> its settings, which Blender shows for Cycles only
+PANORAMAS: dict[str, tuple[str, ...]] = {
+    "EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"),
+    "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
+    "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
+    "FISHEYE_LENS_POLYNOMIAL": (
+        "fisheye_fov",
+        *(f"fisheye_polynomial_k{power}" for power in range(5)),
+    ),
+    "CENTRAL_CYLINDRICAL": (
+        *(f"central_cylindrical_range_{side}" for side in ("v_min", "v_max", "u_min", "u_max")),
+        "central_cylindrical_radius",
+    ),
 }
 
 _AWAITED = {option.name for option in OPTIONS if option.awaits}
@@ -180,6 +197,30 @@ class DATA_PT_penumbra_light(bpy.types.Panel):
         layout.prop(light.penumbra, "max_bounces")
 
 
+class DATA_PT_penumbra_panorama(bpy.types.Panel):
+    """What Blender's lens panel leaves out of a panoramic camera."""
+
+    bl_label = "Panorama"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    bl_parent_id = "DATA_PT_lens"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Is it a panoramic camera, and our engine?"""
+        camera = context.camera
+        return context.engine == ENGINE and camera is not None and camera.type == "PANO"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the settings."""
+        layout, camera = self.layout, context.camera
+        layout.use_property_split = True
+        layout.prop(camera, "panorama_type")
+        for name in PANORAMAS.get(camera.panorama_type, ()):
+            layout.prop(camera, name)
+
+
 def _subclasses(base: type) -> Iterator[type]:
     for child in base.__subclasses__():
         yield child
@@ -196,7 +237,8 @@ def _welcome(panel: type) -> bool:
 def register() -> None:
     """Register our panels and opt in to Blender's."""
     panels = [_panel(*row) for row in PANELS]
-    for cls in (PENUMBRA_OT_adopt_cycles, *panels, DATA_PT_penumbra_light):
+    own = DATA_PT_penumbra_light, DATA_PT_penumbra_panorama
+    for cls in (PENUMBRA_OT_adopt_cycles, *panels, *own):
         bpy.utils.register_class(cls)
         _registered.append(cls)
     for panel in _subclasses(bpy.types.Panel):

@@ -1,5 +1,6 @@
 """scene, settings -> picture.  The renderer itself; it knows nothing of Blender."""
 
+from .optics import Aperture, Eye, Panorama
 from .plan import Plan, compile_plan
 from .render import Picture, Progress, render
 from .scene import (
@@ -21,8 +22,10 @@ from .settings import OPTIONS, Option, Settings
 
 __all__ = [
     "OPTIONS",
+    "Aperture",
     "Camera",
     "Cancelled",
+    "Eye",
     "Instance",
     "Lamp",
     "Link",
@@ -31,6 +34,7 @@ __all__ = [
     "Node",
     "Note",
     "Option",
+    "Panorama",
     "Picture",
     "Plan",
     "Progress",

@@ -11,17 +11,18 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import F32, Vec
+from .arrays import F32, Vec, normalize
 from .bsdf import CAMERA, CLEAR, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
 from .geometry.accel import Accel, compile_accel
 from .geometry.attributes import VECTOR, Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
-from .geometry.view import compile_view
+from .geometry.view import View, compile_view
 from .images.store import side_that_fits
 from .lights import Emitters, Hulls, Lights, compile_hulls, compile_lights, ray_mask
 from .lights.environment import Environment, compile_environment
+from .optics import panoramas
 from .sampling.patterns import PATTERNS
 from .scene import (
     EVERY_SET,
@@ -256,7 +257,8 @@ def compile_plan(
         announce("Sorting attributes")
         attributes = compile_attributes(scene.instances, surfaces.attributes, triangles)
     camera = compile_camera(scene.camera, settings, origin, box)
-    view, spread = compile_view(scene.camera, origin), _spread(scene.camera)
+    view = compile_view(scene.camera, origin)
+    spread = _spread(scene.camera, view)
     if scene.camera.projection == "PERSP" and camera.near == 0:
         view = replace(view, clip=F32(scene.camera.clip_start))
     place = Place(origin.astype(F32)[:, None], spaces, view, triangles, spread, attributes)
@@ -378,9 +380,13 @@ def _shifts_terminators(triangles: Triangles | None) -> bool:
     return objects is not None and objects.terminator_shading is not None
 
 
-def _spread(camera: Camera) -> tuple[float, float]:
+def _spread(camera: Camera, view: View) -> tuple[float, float]:
     """Return how wide a pixel is at the camera [m], and what it gains per metre."""
     left, right, bottom, top = camera.window
+    if camera.panorama is not None:
+        middle = np.array([[left + right], [bottom + top]], F32) * F32(0.5)
+        direction, _ = panoramas.direction(camera.panorama, *middle)
+        return 0.0, float(view.footprint(normalize(direction))[0])
     size = 0.5 * ((right - left) / camera.width + (top - bottom) / camera.height)
     return (0.0, size) if camera.projection == "PERSP" else (size, 0.0)
 

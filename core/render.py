@@ -21,12 +21,12 @@ from .arrays import F32, Scalar
 from .film.film import Film, drop_not_finite, new_film, rows
 from .pages import keep_pages, release_pages
 from .plan import Plan
-from .sampling.dimensions import PIXEL
+from .sampling.dimensions import LENS, PIXEL
 from .sampling.draws import Draws, Numbers, pixel_keys
 from .sampling.patterns import SEQUENCES
 from .statistics import Tally, peak_memory, summary
 from .transport.path import trace
-from .transport.state import Rays
+from .transport.state import Paths, Rays
 
 CHUNK = 16  # samples that share tables of random numbers
 SHARE = 4  # of these at least in a batch, so that no thread is left alone for long at the end
@@ -231,10 +231,12 @@ def _sample(
         samples = min(together, batch.end - first)
         draws, x, y = _draws(numbers, block, first, samples)
         u, v = draws.pair(PIXEL, None)
-        origin, direction, far = plan.camera.rays(x, y, u, v)
-        tally.rays_camera += u.size
+        lens = (None, None) if plan.camera.aperture is None else draws.pair(LENS, None)
+        origin, direction, far, slot = plan.camera.rays(x, y, u, v, *lens)
+        rays = Rays(origin, direction, far)
+        tally.rays_camera += rays.size
         tally.lap("camera")
-        found = trace(plan, Rays(origin, direction, far), draws, tally, stop)
+        found = trace(plan, rays, Paths(rays.size, slot=slot), draws, tally, stop)
         if stop.is_set():
             break
         row = 0

@@ -12,6 +12,8 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
+from .optics import Aperture, Eye, Panorama
+
 # Kinds of rays, a bit each.  A ray is of the kind of what scattered it last; a transmitted one is
 # diffuse or glossy besides, but only its transmission counts for what sees what (Cycles).
 CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW = 1, 2, 4, 8, 16
@@ -303,24 +305,35 @@ class Camera:
     """Where pixels look.  Camera space looks along -z with y up; to_world is orthonormal.
 
     `window` (left, right, bottom, top) is the full frame on the plane at distance 1 for PERSP
-    [1], at any distance for ORTHO [m].  `border` (x0, y0, x1, y1) is the part of the
-    `width` x `height` raster that is rendered, in pixels from its lower left corner.
+    [1], at any distance for ORTHO [m], and a part of the panorama's unit square for PANO.
+    `border` (x0, y0, x1, y1) is the part of the `width` x `height` raster that is rendered, in
+    pixels from its lower left corner.  An aperture of None is a pinhole.
     """
 
     to_world: NDArray[np.float64]
     window: tuple[float, float, float, float]
     width: int
     height: int
-    projection: str = "PERSP"  # "PERSP" | "ORTHO"
+    projection: str = "PERSP"  # "PERSP" | "ORTHO" | "PANO"
     clip_start: float = 0.1
     clip_end: float = 1e30
     border: tuple[int, int, int, int] | None = None
+    aperture: Aperture | None = None
+    panorama: Panorama | None = None  # of PANO
+    eye: Eye | None = None  # not of ORTHO
 
     def __post_init__(self) -> None:
         _affine("Camera", self.to_world)
         _numbers("Camera", self, window=4, clip_start=1)
-        if self.projection not in ("PERSP", "ORTHO"):
-            raise SceneError(f"Camera: projection {self.projection!r} is not PERSP or ORTHO")
+        if self.projection not in ("PERSP", "ORTHO", "PANO"):
+            raise SceneError(f"Camera: projection {self.projection!r} is not PERSP, ORTHO or PANO")
+        if (self.projection == "PANO") != (self.panorama is not None):
+            raise SceneError(f"Camera: {self.projection} and panorama {self.panorama} do not match")
+        if self.projection == "ORTHO" and self.eye is not None:
+            raise SceneError("Camera: an orthographic camera has no eye to look apart with")
+        for part in (self.aperture, self.panorama, self.eye):
+            for fault in () if part is None else part.faults():
+                raise SceneError(f"Camera: {fault}")
         if self.width < 1 or self.height < 1:
             raise SceneError(f"Camera: a picture of {self.width} x {self.height} pixels is empty")
         x0, y0, x1, y1 = self.rectangle()

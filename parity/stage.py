@@ -168,10 +168,14 @@ def terminator(thing: Any, name: str, value: float) -> None:
         setattr(thing.cycles, f"shadow_terminator_{old[name]}", value)
 
 
-def camera(at: Vec = (0, -7.2, 2.5), to: Vec = (0, 0, 0.95), lens: float = 60.0) -> Any:
+def camera(
+    at: Vec = (0, -7.2, 2.5), to: Vec = (0, 0, 0.95), lens: float = 60.0, **properties: Any
+) -> Any:
     """Put the camera."""
     data = bpy.data.cameras.new("Camera")
     data.lens = lens
+    for name, value in properties.items():
+        _set(data, name, value)
     thing = _aim(bpy.data.objects.new("Camera", data), at, to)
     bpy.context.scene.camera = thing
     return thing

@@ -28,17 +28,18 @@ from .state import Paths, Rays
 
 
 def trace(
-    plan: Plan, rays: Rays, draws: Draws, tally: Tally, stop: threading.Event
+    plan: Plan, rays: Rays, paths: Paths, draws: Draws, tally: Tally, stop: threading.Event
 ) -> tuple[Vec | Scalar, ...]:
     """Follow camera rays to their ends; return what the film's passes ask for, (rows, slots).
 
+    There may be fewer paths than slots; slots without one stay black and opaque (Cycles).
     Unbiased but for the bounce limits and clamps of the settings.  Once `stop` is set it returns
     before the next bounce, with what must then not be used.
     """
     radiance = Radiance(
-        rays.size, plan.clamp_direct, plan.clamp_indirect, plan.has_alpha, plan.has_background
+        draws.key.size, plan.clamp_direct, plan.clamp_indirect, plan.has_alpha, plan.has_background
     )
-    start = rays, Paths(rays.size), draws
+    start = rays, paths, draws
     if plan.alone is None:
         _follow(plan, *start, 0, radiance, tally, stop, None)
         light, holes, _ = radiance.fold()

@@ -8,6 +8,7 @@ fills an empty file with it; nothing here imports bpy, so that scenes can be lis
 from . import (
     basics,
     bumps,
+    cameras,
     coats,
     dielectrics,
     displacement,
@@ -25,7 +26,7 @@ from . import (
 from .scene import Scene
 
 _MODULES = (basics, lamps, skies, emitters, dielectrics, metals, coats, shaders, inputs)
-_MODULES += (transparency, visibility, normals, bumps, displacement, limits)
+_MODULES += (transparency, visibility, normals, bumps, displacement, limits, cameras)
 
 ALL: tuple[Scene, ...] = tuple(scene for module in _MODULES for scene in module.ROWS)
 SCENES: dict[str, Scene] = {scene.name: scene for scene in ALL}

@@ -56,6 +56,8 @@ def test_registering_twice_is_like_once_and_unregistering_leaves_nothing(blender
         assert owner in once["groups"]
     for name in (
         "DATA_PT_lens",
+        "DATA_PT_camera_dof",
+        "DATA_PT_camera_dof_aperture",
         "DATA_PT_EEVEE_light",
         "EEVEE_MATERIAL_PT_surface",
         "EEVEE_MATERIAL_PT_context_material",
@@ -91,12 +93,14 @@ def draw_panels():
     penumbra.register()
     scene = bpy.context.scene
     light = bpy.data.lights.new("Light", "AREA")
+    camera = bpy.data.cameras.new("Camera")
+    camera.type = "PANO"
     found = {}
     for name in dir(bpy.types):
         if "_PT_penumbra" in name:
             cls = getattr(bpy.types, name)
             ours, other = (
-                SimpleNamespace(engine=engine, scene=scene, light=light)
+                SimpleNamespace(engine=engine, scene=scene, light=light, camera=camera)
                 for engine in ("PENUMBRA", "CYCLES")
             )
             assert cls.poll(ours)
@@ -111,10 +115,42 @@ def draw_panels():
 def test_panels_show_all_options_that_are_honoured_and_no_others(blender):
     found = blender(draw_panels)
     assert found.pop("DATA_PT_penumbra_light") == ["spread", "max_bounces"]
+    assert found.pop("DATA_PT_penumbra_panorama") == [
+        "panorama_type",
+        "fisheye_lens",
+        "fisheye_fov",
+    ]
     shown = {name for names in found.values() for name in names}
     honoured = {option.name for option in OPTIONS if not option.awaits}
     blenders = {"film_transparent", "threads_mode", "threads", "penumbra.adopt_cycles"}
     assert shown == honoured | blenders
+
+
+def panoramas():
+    """Return what our panel shows of each panorama, and what of that cameras lack."""
+    import bpy
+
+    import penumbra
+
+    penumbra.register()
+    from penumbra.addon.ui import PANORAMAS
+
+    known = bpy.types.Camera.bl_rna.properties
+    kinds = {item.identifier for item in known["panorama_type"].enum_items}
+    lacking = [
+        name
+        for kind, names in PANORAMAS.items()
+        if kind in kinds
+        for name in names
+        if name not in known
+    ]
+    return set(PANORAMAS), kinds, lacking
+
+
+def test_the_panorama_panel_knows_the_settings_of_blenders_panoramas(blender):
+    shown, kinds, lacking = blender(panoramas)
+    assert lacking == []
+    assert kinds - shown == {"EQUIANGULAR_CUBEMAP_FACE", "MIRRORBALL"}  # which have none
 
 
 def read_properties(path):

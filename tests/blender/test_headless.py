@@ -40,12 +40,23 @@ def make_files(folder):
     save("plain", compress=False)
     save("packed", compress=True)
 
-    # Two scenes; a camera that is none; no camera.
+    # Two eyes, a file for each and both in one.
+    scene.render.use_multiview = True
+    image = scene.render.image_settings
+    image.views_format = "INDIVIDUAL"
+    save("eyes")
+    image.views_format = "STEREO_3D"
+    save("both_eyes")
+    scene.render.use_multiview = False
+
+    # Two scenes; a broken object; no camera.
     bpy.ops.scene.new(type="EMPTY")
     save("two_scenes")
     bpy.context.window.scene = scene
-    scene.camera = scene.objects["Cube"]
-    save("cube_camera")
+    cube = scene.objects["Cube"]
+    cube.location.x = float("nan")
+    save("broken_cube")
+    cube.location.x = 0
     scene.camera = None
     save("no_camera")
 
@@ -106,6 +117,24 @@ def test_a_blend_file_is_rendered_however_it_was_saved(files, tmp_path, name):
     assert [path.name for path in tmp_path.iterdir()] == ["picture.png"]
 
 
+def test_each_view_gets_a_file_where_blender_writes_one(files, tmp_path):
+    target, told = tmp_path / "view.png", tmp_path / "report.json"
+    code, lines = render(files / "eyes.blend", "-o", target, "--report", told)
+    assert code == 0, lines
+    names = ["view_L.png", "view_R.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.json", *names]
+    assert all(name in lines[-1] for name in names)
+    frames = json.loads(told.read_text())["frames"]
+    assert [frame["view"] for frame in frames] == ["left", "right"]
+    assert [frame["output"] for frame in frames] == [str(tmp_path / name) for name in names]
+    left, right = (read(tmp_path / name) for name in names)
+    assert np.abs(left - right).max() > 0.1
+
+    code, lines = render(files / "both_eyes.blend", "-o", target)
+    assert code == 0, lines
+    assert target.exists()
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
@@ -135,7 +164,7 @@ def test_a_scene_that_is_not_there_is_told_with_those_that_are(files, tmp_path):
 def test_a_failed_render_leaves_the_old_picture_and_exits_with_1(files, tmp_path):
     target = tmp_path / "picture.png"
     target.write_text("the old one")
-    code, lines = render(files / "cube_camera.blend", "-o", target)
+    code, lines = render(files / "broken_cube.blend", "-o", target)
     assert code == 1
     assert len(lines) == 1
     assert "Cube" in lines[0]

@@ -30,8 +30,8 @@ def make_files(folder):
     image.file_format, image.color_depth = "OPEN_EXR", "32"
     bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/box.blend")
 
-    # A camera that is none: the engine has to refuse.
-    scene.camera = scene.objects["Ball"]
+    # A ball that is nowhere: the engine has to refuse.
+    scene.objects["Ball"].location.x = float("nan")
     bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/wrong.blend")
 
 
@@ -90,5 +90,5 @@ def test_a_render_that_fails_in_a_real_blender_does_not_exit_with_0(real, blende
     target = tmp_path / "wrong_##"
     done = real("--background", tmp_path / "wrong.blend", "-E", "PENUMBRA", "-o", target, "-f", "1")
     assert done.returncode != 0, done.stdout + done.stderr
-    assert "'Ball' is the scene's camera but is not a camera" in done.stdout + done.stderr
+    assert "Object 'Ball': its matrix has a number that is not finite" in done.stdout + done.stderr
     assert not list(tmp_path.glob("wrong_*"))

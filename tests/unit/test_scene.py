@@ -5,7 +5,18 @@ import re
 import numpy as np
 import pytest
 
-from penumbra.core import Camera, Instance, Lamp, Mesh, SceneError, compile_plan, render
+from penumbra.core import (
+    Aperture,
+    Camera,
+    Eye,
+    Instance,
+    Lamp,
+    Mesh,
+    Panorama,
+    SceneError,
+    compile_plan,
+    render,
+)
 from tests.support import scenes as s
 
 SQUARE = np.zeros((4, 3))
@@ -27,6 +38,10 @@ def lamp(**changes):
 def camera(**changes):
     basics = {"to_world": s.affine(), "window": (-1, 1, -1, 1), "width": 8, "height": 6}
     return Camera(**{**basics, **changes})
+
+
+def around(kind="EQUIRECTANGULAR", **changes):
+    return camera(projection="PANO", panorama=Panorama(kind, **changes))
 
 
 REFUSED = (
@@ -69,7 +84,19 @@ REFUSED = (
     (lambda: lamp(radius=np.nan), "Light 'Key': radius is nan, expected a finite number"),
     (lambda: lamp(size=(1.0, np.nan)), "Light 'Key': size is (1.0, nan), expected 2 finite"),
     (lambda: camera(to_world=NAN), "Camera: its matrix has a number that is not finite"),
-    (lambda: camera(projection="PANO"), "Camera: projection 'PANO' is not PERSP or ORTHO"),
+    (lambda: camera(projection="FILM"), "Camera: projection 'FILM' is not PERSP, ORTHO or PANO"),
+    (lambda: camera(projection="PANO"), "Camera: PANO and panorama None do not match"),
+    (lambda: camera(panorama=Panorama("MIRRORBALL")), "Camera: PERSP and panorama Panorama("),
+    (lambda: camera(projection="ORTHO", eye=Eye(0.1)), "Camera: an orthographic camera has no eye"),
+    (lambda: camera(aperture=Aperture(0.0, 1.0)), "Camera: the radius of its aperture is 0.0"),
+    (lambda: camera(aperture=Aperture(1, np.nan)), "Camera: the focus of its aperture is nan"),
+    (lambda: camera(aperture=Aperture(1, 1, ratio=0)), "Camera: the ratio of its aperture is 0"),
+    (lambda: camera(aperture=Aperture(1, 1, 3, np.inf)), "Camera: the rotation of its aperture"),
+    (lambda: around("TUBE"), "Camera: panorama 'TUBE' is not one of EQUIRECTANGULAR, "),
+    (lambda: around(lens=0.0), "Camera: lens 0.0 and sensor (36.0, 24.0) of its panorama must"),
+    (lambda: around(fov=np.nan), "Camera: a number of its panorama is not finite"),
+    (lambda: camera(eye=Eye(0.1, 0.0)), "Camera: an eye at 0.1 m that looks at 0.0 m is not"),
+    (lambda: camera(eye=Eye(0.1, 1.0, (0, np.nan))), "Camera: eyes that come together at (0, nan)"),
     (lambda: camera(width=0), "Camera: a picture of 0 x 6 pixels is empty"),
     (lambda: camera(border=(2, 2, 2, 4)), "Camera: border (2, 2, 2, 4) is empty or outside"),
     (lambda: camera(border=(0, 0, 9, 4)), "Camera: border (0, 0, 9, 4) is empty or outside"),
