@@ -19,7 +19,7 @@ from .estimate import CACHE, References, estimate, fixed
 from .page import write_page
 from .process import Absent, Worker, WorkerError
 from .results import Result, print_result, print_summary
-from .scenes import ALL, KNOWN
+from .scenes import ALL, known
 from .scenes.scene import Scene
 from .statistics import RATIO_ERROR, REFERENCE_ERROR, Estimate, compare
 
@@ -61,8 +61,9 @@ class Suite:
         result.judge(ours, compare(ours, reference, QUICK_K if self.options.quick else 2.0))
         if self.options.quick and result.verdict == "noisy":
             result.verdict = "same"
-        if result.verdict == "differs" and scene.name in KNOWN:
-            result.verdict, result.reason = "known", KNOWN[scene.name]
+        cause = known(scene.name, self.versions["blender"])
+        if result.verdict == "differs" and cause is not None:
+            result.verdict, result.reason = "known", cause
         return result
 
     def full(self, scene: Scene, result: Result) -> tuple[Estimate, Estimate | None]:

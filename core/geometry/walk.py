@@ -16,8 +16,9 @@ from .mesh import OFFSET, Triangles
 from .part import Hits, Part
 
 # What surfaces let pass, (n,) or (3, n): of triangles (n,) at barycentrics u, v (n,) that rays
-# meet at t (n,), in lengths of their direction; the last argument are the rays' numbers (n,).
-Shade = Callable[[Ids, Scalar, Scalar, Scalar, Index], Scalar | Vec]
+# meet at t (n,), in lengths of their direction; the last arguments are the rays' numbers (n,), and
+# how many surfaces of the same part and of those before they have met already (n,).
+Shade = Callable[[Ids, Scalar, Scalar, Scalar, Index, Ids], Scalar | Vec]
 
 GROWTH = F32(4)  # of a step that did not get past the rounding of its triangle
 
@@ -40,9 +41,10 @@ class Passage:
 
         Beyond `limit` surfaces there is none (Cycles, bvh/shadow_all).
         """
-        met = self._met.take(ray) + np.int32(1)
+        before = self._met.take(ray)
+        met = before + np.int32(1)
         self._met[ray] = met
-        value = self._shade(hits.triangle, hits.u, hits.v, hits.t, ray)
+        value = self._shade(hits.triangle, hits.u, hits.v, hits.t, ray, before)
         if value.ndim > self.through.ndim:
             self.through = np.repeat(self.through[None], 3, axis=0)
         value = self.through.take(ray, axis=-1) * value

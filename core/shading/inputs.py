@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..arrays import F32, dot
+from ..bsdf.kinds import CAMERA
 from .context import Context
 from .values import VECTOR, Array, read
 
@@ -40,6 +41,10 @@ def _blur(context: Context) -> Array:
     return context.of(context.arrival.blur)
 
 
+def _from_camera(context: Context) -> Array:
+    return context.has_kind(CAMERA)
+
+
 def _after_matte(context: Context) -> Array:
     return context.is_after_matte
 
@@ -52,4 +57,5 @@ FACING = read(_facing)  # the cosine at the shading normal, of either sign
 NORMAL_COSINE = read(_normal_cosine)  # the same, at least 0
 BACK = read(_back)  # 1 where the surface is seen from behind
 BLUR = read(_blur)  # the least roughness alpha that filter glossy asks for
+FROM_CAMERA = read(_from_camera)  # 1 where the ray comes from the camera
 AFTER_MATTE = read(_after_matte)  # 1 where the ray comes from a matte surface

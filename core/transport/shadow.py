@@ -42,10 +42,13 @@ def passed(
     before = to.passed if index is None else take(to.passed, index)
     total = to.total if index is None else take(to.total, index)
 
-    def shade(triangle: Ids, u: Scalar, v: Scalar, t: Scalar, ray: Index) -> Scalar | Vec:
-        # For the shader the ray is one bounce further, and has passed what the path has.
+    def shade(triangle: Ids, u: Scalar, v: Scalar, t: Scalar, ray: Index, met: Ids) -> Scalar | Vec:
+        # For the shader the ray is one bounce further, and has passed what the path has and more.
         total_here = None if total is None else total.take(ray) + np.int16(1)
-        arrival = Arrival(SHADOW, depth + 1, total=total_here, passed=take(before, ray))
+        passed = met.astype(np.int16)
+        if before is not None:
+            passed += before.take(ray)
+        arrival = Arrival(SHADOW, depth + 1, total=total_here, passed=passed)
         return _transparency(plan, start, direction, Hits(t, triangle, u, v), ray, arrival)
 
     limit: int | Ids = plan.transparent_max_bounces

@@ -2,7 +2,8 @@
 
 A scene is a row of one of the lists that are joined here. `build` gets the module `stage` and
 fills an empty file with it; nothing here imports bpy, so that scenes can be listed without it.
-`KNOWN` names the scenes that differ and why, as shown and not as guessed: 5 % of them at most.
+`KNOWN` names the scenes that differ and why, as shown and not as guessed: 5 % of them at most;
+`KNOWN_BEFORE` those that differ from what Cycles was in older versions of Blender.
 """
 
 from . import (
@@ -41,3 +42,22 @@ KNOWN: dict[str, str] = {
     "path_is_diffuse_ray": "Cycles weighs what glows for diffuse rays only against light "
     "samples that find nothing, and loses light: done so, Penumbra was 5 % darker than before",
 }
+
+# name -> the Blender that the difference ends with, and its cause
+_SINGLE = "Until Blender 4.3 Cycles' Oren-Nayar loses the light that scatters twice: drawn as since"
+KNOWN_BEFORE: dict[str, tuple[tuple[int, int], str]] = {
+    "diffuse_rough": ((4, 3), _SINGLE),
+    "diffuse_half_rough": ((4, 3), _SINGLE),
+    "bump_diffuse_rough": ((4, 3), _SINGLE),
+    "lamp_tree_sun": (
+        (4, 4),
+        "Until Blender 4.4 falloffs of suns overflow in Cycles: drawn as since",
+    ),
+}
+
+
+def known(name: str, version: str) -> str | None:
+    """Return why a scene differs from this version's Cycles ("4.2.0"); None if it should not."""
+    first, cause = KNOWN_BEFORE.get(name, ((0, 0), ""))
+    major, minor = (int(part) for part in version.split(".")[:2])
+    return cause if (major, minor) < first else KNOWN.get(name)

@@ -48,6 +48,11 @@ ROWS = (
     Scene("thin_wall_leaf", "A thin wall with subsurface: light comes through as from a leaf.",
           lambda s: (s.room(), s.key(), s.plane(principled(
               Thin_Wall=True, Subsurface_Weight=1.0), (0, 0, 1), (70, 0, 30), 2.0))),
+    Scene("thin_wall_shadow", "A thin wall in the way of a lamp without size: a faint shadow.",
+          lambda s: (s.room(), s.lamp("POINT", 300, (-1.5, -2, 3), shadow_soft_size=0.0),
+                     s.plane(principled(Thin_Wall=True, Transmission_Weight=1.0, Roughness=0.0,
+                                        Base_Color=(0.7, 0.9, 1.0)), (-0.5, -0.8, 1.4),
+                             (20, -20, 0), 1.8))),
     Scene("glass_pane", "A box of glass before the wall: a shifted view and reflections.",
           lambda s: (s.room(), s.key(), s.box(glass(), (0, -0.5, 1), (1.8, 0.3, 1.8)))),
 )  # fmt: skip

@@ -102,6 +102,23 @@ def test_shadows_of_sheets_have_their_colour(count, varies):
     np.testing.assert_allclose(found, 0.8 / np.pi * 10 / 4 * TINT**count, rtol=1e-4)
 
 
+@pytest.mark.parametrize("above", (0, 2), ids=("none above", "two above"))
+def test_sheets_tell_shadow_rays_how_many_they_and_the_path_have_passed(above):
+    # A sheet that n others were passed before lets 1 / (1 + n) through.
+    deeper = Node("Math", "", {"Value": 1.0, "Value_001": DEPTH}, {"operation": "ADD"})
+    share = Node("Math", "", {"Value": 1.0, "Value_001": Link(deeper, "Value")},
+                 {"operation": "DIVIDE"})  # fmt: skip
+    surface = s.node("BsdfTransparent", Color=Link(share, "Value"))
+    stack = [sheet(surface, 1 + 0.1 * n) for n in range(3)]
+    stack += [sheet(surface, 0.1 + 0.1 * n) for n in range(above)]
+    things = s.put(s.quad((9, 0, 0), (0, 9, 0)), s.diffuse(0.8)), s.point((0, 0, 2), 10.0)
+    below = s.orthographic((0, -0.3, 0.5), (0, 0, 0), size=4, scale=1e-3)
+    found = s.pixels(below, *stack, *things, max_bounces=0)[..., :3].mean(axis=(0, 1))
+    expected = {0: 1 / (1 * 2 * 3), 2: 1 / (1 * 2) / (3 * 4 * 5 * 6 * 7)}[above]
+    np.testing.assert_allclose(found, 0.8 / np.pi * 10 / 4 * expected, rtol=1e-4)
+
+
+DEPTH = Link(Node("LightPath", ""), "Transparent Depth")
 BACKFACING = Link(Node("NewGeometry", ""), "Backfacing")
 
 
@@ -112,6 +129,24 @@ def test_shadow_rays_pass_as_many_sheets_as_others(limit):
     below = s.orthographic((0, -0.3, 0.5), (0, 0, 0), size=4, scale=1e-3)
     found = s.pixels(below, *stack, *things, transparent_max_bounces=limit, max_bounces=0)
     assert (found[..., 1] > 0).all() == (limit >= 2)
+
+
+@pytest.mark.parametrize("roughness", (0.0, 0.4))
+def test_a_smooth_thin_wall_is_a_pane_to_shadow_rays_a_rough_one_is_not(roughness):
+    wall = s.node(
+        "BsdfPrincipled",
+        Thin_Wall=1.0,
+        Transmission_Weight=1.0,
+        Roughness=roughness,
+        IOR=1.5,
+        Base_Color=s.colour(1.0),
+    )
+    things = s.put(s.quad((9, 0, 0), (0, 9, 0)), s.diffuse(0.8)), s.point((0, 0, 2), 10.0)
+    below = s.orthographic((0, -0.3, 0.5), (0, 0, 0), size=4, scale=1e-3)
+    found = s.pixels(below, sheet(wall, 1), *things, max_bounces=0)[..., :3].mean(axis=(0, 1))
+    # Both of its sides reflect 4 %, again and again.
+    passed = (1 - 0.04) / (1 + 0.04) if roughness == 0 else 0
+    np.testing.assert_allclose(found, 0.8 / np.pi * 10 / 4 * passed, rtol=1e-4)
 
 
 def test_a_material_without_transparent_shadow_throws_a_full_one():

@@ -56,7 +56,7 @@ def upward(count=64, half=0.9, length=10.0, z=0.0, seed=1):
 def grey(value=0.5, seen=None):
     """What lets pass `value` and remembers in `seen` what was asked."""
 
-    def shade(triangle, u, v, t, ray):
+    def shade(triangle, u, v, t, ray, met):
         if seen is not None:
             seen.append((triangle.copy(), t.copy(), ray.copy(), u.copy(), v.copy()))
         return np.full(ray.size, value, F32)
@@ -201,7 +201,7 @@ def test_colours_multiply_channel_by_channel():
     _, accel = build(*things)
     colours = np.array([[0, 0.5, 0.1], [0, 0.5, 0.2], [0, 0.5, 1.0]], F32)
 
-    def shade(triangle, u, v, t, ray):
+    def shade(triangle, u, v, t, ray, met):
         return colours[:, np.where((triangle == 2) | (triangle == 3), 2, 1)]
 
     rays = upward()
@@ -209,6 +209,19 @@ def test_colours_multiply_channel_by_channel():
     expected = np.tile([[0.025], [0.05], [0.25]], 64)
     expected *= np.abs(rays[0][:2] + rays[1][:2] * 0.4).max(axis=0) > 0.5
     np.testing.assert_allclose(through, expected, rtol=1e-5)
+
+
+def test_each_surface_is_told_how_many_were_met_before():
+    _, accel = build(*(sheet(z, CLEAR, half) for z, half in ((1, 1.0), (2, 0.5), (3, 1.0))))
+    rays = upward()
+
+    def shade(triangle, u, v, t, ray, met):
+        between = np.abs(rays[0][:2] + rays[1][:2] * 0.2).max(axis=0) < 0.5
+        before = np.where(t < 0.15, 0, np.where(t < 0.25, 1, 1 + between.take(ray)))
+        np.testing.assert_array_equal(met, before)
+        return np.full(ray.size, 0.5, F32)
+
+    assert set(passed(accel, rays, shade).tolist()) == {0.25, 0.125}
 
 
 @pytest.mark.parametrize("limit", (0, 1, 4, 5, 6))

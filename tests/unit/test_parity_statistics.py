@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from penumbra.parity.scenes import ALL, KNOWN, SCENES
+from penumbra.parity.scenes import ALL, KNOWN, KNOWN_BEFORE, SCENES, known
 from penumbra.parity.statistics import BLOCK, SEEDS, Estimate, compare, samples_for
 
 SIZE = 4 * BLOCK
@@ -158,3 +158,13 @@ def test_known_differences_are_few_exist_and_have_a_cause():
     assert len(KNOWN) <= 0.05 * len(ALL)
     assert set(KNOWN) <= set(SCENES)
     assert all(KNOWN.values())
+
+
+def test_what_older_versions_did_otherwise_is_known_of_them_alone():
+    assert set(KNOWN_BEFORE) <= set(SCENES)
+    first, cause = KNOWN_BEFORE["diffuse_rough"]
+    assert first == (4, 3)
+    assert known("diffuse_rough", "4.2.14 LTS") == cause
+    assert known("diffuse_rough", "4.3.0") is known("diffuse_rough", "5.2.3 LTS") is None
+    assert known("sky_hosek_wilkie", "4.2.0") == KNOWN["sky_hosek_wilkie"]
+    assert known("diffuse", "4.2.0") is None

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...bsdf import albedo, fresnel, thin_wall
 from ...scene import Node
-from ..inputs import AFTER_MATTE, BACK, BLUR, COSINE
+from ..inputs import AFTER_MATTE, BACK, BLUR, COSINE, FROM_CAMERA
 from ..normals import cosine_at, valid
 from ..surface import Surface
 from ..values import COLOUR, FLOAT, Array, Number, Value, clamp, constant, several, step
@@ -162,8 +162,10 @@ def add_pane(
     add_reflection(surface, "unit", mirrored, rough, importance=energy.share())
     alpha = step(thin_wall.transmission_alpha, rough.x, ior)
     weight = weight * passed
-    if alpha.largest() <= np.sqrt(SMOOTH) and not surface.rules.is_blurred:
-        surface.add("smooth thin", weight, normal=rough.axis.valid)
+    if alpha.largest() <= np.sqrt(SMOOTH):
+        # A surface for the camera; to other rays, those to lights too, it is not there (Cycles).
+        surface.add("smooth thin", weight * FROM_CAMERA, normal=rough.axis.valid)
+        surface.let_through(weight * (1.0 - FROM_CAMERA))
         return
     energy = kept_energy(Roughness(alpha, alpha, None, rough.axis), None)
     weight, alpha = weight * energy.factor, blurred(surface, alpha)
