@@ -15,10 +15,12 @@ import bpy
 import numpy as np
 
 from .. import __version__, core
+from ..core.film.cryptomatte import metadata as matte_metadata
 from ..core.scene import Cancelled, Note, Scene, SceneError
 from ..core.settings import Settings
 from . import report
 from .export import export_camera, export_scene, read_frame
+from .export.layers import blender_name, blender_passes, channel_type
 from .properties import read_settings
 
 ENGINE = "PENUMBRA"
@@ -63,6 +65,14 @@ class PenumbraRenderEngine(bpy.types.RenderEngine):
             job.fail(f"{type(error).__name__}: {error}")
         finally:
             job.close()
+
+    def update_render_passes(
+        self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None
+    ) -> None:
+        """Tell Blender, and its compositor, which passes a view layer has."""
+        for name, channels in blender_passes(scene, renderlayer):
+            kind = channel_type(channels)
+            self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Say that the rendered viewport is still to come."""
@@ -116,6 +126,7 @@ class _Job:
         self.say("Sampling")
         picture = core.render(plan, threads=threads, on_tick=_Ticker(self))
         self.write(picture)
+        self.write_passes(picture)
         self.end()
         statistics = dict(picture.statistics, export_seconds=export_seconds)
         self.tell(plan, picture, statistics, settings)
@@ -123,6 +134,7 @@ class _Job:
     def tell(self, plan: Any, picture: Any, statistics: dict[str, Any], settings: Settings) -> None:
         """Add to the report, to the picture's metadata and to Blender's info area."""
         engine, scene = self.engine, self.depsgraph.scene
+        notes = (*plan.notes, *picture.notes)
         entry = {
             "frame": scene.frame_current,
             "output": bpy.path.abspath(scene.render.frame_path(frame=scene.frame_current)),
@@ -131,15 +143,18 @@ class _Job:
             "resolution": list(picture.combined().shape[1::-1]),
             "samples": picture.samples,
             "complete": picture.complete,
-            "not_honoured": report.as_rows(plan.notes),
+            "not_honoured": report.as_rows(notes),
             "statistics": statistics,
         }
         report.frames.append(entry)
         offset = settings.sample_range()[0]
         result = engine.get_result()
-        for key, value in report.metadata(entry, __version__, settings.seed, offset).items():
+        fields = report.metadata(entry, __version__, settings.seed, offset)
+        for matte in plan.ledger.mattes if plan.ledger is not None else ():
+            fields |= matte_metadata(f"{self.layer}.{matte.kind}", matte.names)
+        for key, value in fields.items():
             result.stamp_data_add_field(key, value)
-        sentence = report.sentence(plan.notes)
+        sentence = report.sentence(notes)
         if sentence:
             engine.report({"INFO"}, sentence)
 
@@ -164,10 +179,21 @@ class _Job:
 
     def write(self, picture: Any) -> None:
         """Put a picture (H, W, 4) into the Combined pass, row 0 at the bottom on both sides."""
-        layer = self.begin().layers[0]
-        combined = layer.passes.find_by_name("Combined", self.view)
-        pixels = np.ascontiguousarray(picture.combined(), np.float32)
-        combined.rect.foreach_set(pixels.reshape(-1))
+        self.put("Combined", picture.combined())
+
+    def write_passes(self, picture: Any) -> None:
+        """Put all other passes where Blender wants them; what is not drawn stays 0."""
+        for pass_, pixels in picture.passes():
+            self.put(blender_name(pass_), pixels)
+        for name, pixels in picture.mattes():
+            self.put(name, pixels)
+
+    def put(self, name: str, pixels: Any) -> None:
+        """Put an array (H, W, C) into a pass."""
+        found = self.begin().layers[0].passes.find_by_name(name, self.view)
+        if found is None:
+            raise RuntimeError(f"Blender has no room for the pass {name!r}")
+        found.rect.foreach_set(np.ascontiguousarray(pixels, np.float32).reshape(-1))
 
     def end(self, cancel: bool = False) -> None:
         self.engine.end_result(self.begin(), cancel=cancel, do_merge_results=cancel)

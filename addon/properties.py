@@ -17,7 +17,9 @@ _FLOAT_MAX = 3.402823e38
 
 def _property(option: Option) -> Any:
     """Return the bpy.props definition of one option."""
-    texts = {"name": option.label, "description": option.help}
+    texts: dict[str, Any] = {"name": option.label, "description": option.help}
+    if option.name in _CHANGE_PASSES:
+        texts["update"] = _update_passes
     if option.choices:
         return bpy.props.EnumProperty(items=option.choices, default=option.default, **texts)
     if isinstance(option.default, bool):
@@ -34,6 +36,12 @@ def _property(option: Option) -> Any:
     return bpy.props.FloatProperty(**limits, precision=3, **texts)
 
 
+def _update_passes(group: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """Let the sockets of Render Layers nodes follow the passes of a changed view layer."""
+    if context.view_layer is not None:
+        context.view_layer.update_render_passes()
+
+
 _LIGHT_BOUNCES = Option(
     "max_bounces",
     1024,
@@ -43,6 +51,42 @@ _LIGHT_BOUNCES = Option(
     maximum=1024,
 )
 
+_LAYER = (
+    Option(
+        "use_denoising",
+        True,
+        "Denoising",
+        "Denoise this view layer, if the scene is denoised",
+    ),
+    Option(
+        "denoising_store_passes",
+        False,
+        "Denoising Data",
+        "Colours, normals and distances that guide a denoiser, in passes of their own",
+    ),
+    Option(
+        "use_pass_shadow_catcher",
+        False,
+        "Shadow Catcher",
+        "Shadows on shadow catchers in a pass to multiply a background with, not in the picture",
+    ),
+    Option(
+        "pass_debug_sample_count",
+        False,
+        "Sample Count",
+        "Number of samples of each pixel",
+    ),
+    Option(
+        "pass_render_time",
+        False,
+        "Render Time",
+        "Time that each pixel took in milliseconds",
+    ),
+)
+
+# After a change of these, Blender's compositor has other passes to offer.
+_CHANGE_PASSES = {option.name for option in _LAYER}
+
 # (owner, name of the group's class, its options)
 GROUPS: tuple[tuple[Any, str, tuple[Option, ...]], ...] = (
     (bpy.types.Scene, "PenumbraSceneSettings", OPTIONS),
@@ -51,6 +95,7 @@ GROUPS: tuple[tuple[Any, str, tuple[Option, ...]], ...] = (
     (bpy.types.Material, "PenumbraMaterialSettings", ()),
     (bpy.types.World, "PenumbraWorldSettings", (_LIGHT_BOUNCES,)),
     (bpy.types.Camera, "PenumbraCameraSettings", ()),
+    (bpy.types.ViewLayer, "PenumbraLayerSettings", _LAYER),
 )
 
 _registered: list[tuple[Any, type]] = []
@@ -96,14 +141,14 @@ def adopt_cycles(scene: bpy.types.Scene) -> list[str]:
 
     Nothing happens without the Cycles add-on, which is what keeps those values readable.
     """
-    cycles, ours = getattr(scene, "cycles", None), scene.penumbra
-    names = [
-        option.name
-        for option in OPTIONS
-        if hasattr(cycles, option.name) and not ours.is_property_set(option.name)
-    ]
-    for name in names:
-        setattr(ours, name, getattr(cycles, name))
+    owners = [(scene, OPTIONS), *((layer, _LAYER) for layer in scene.view_layers)]
+    names = []
+    for owner, options in owners:
+        cycles, ours = getattr(owner, "cycles", None), owner.penumbra
+        for name in (option.name for option in options):
+            if hasattr(cycles, name) and not ours.is_property_set(name):
+                setattr(ours, name, getattr(cycles, name))
+                names.append(name)
     return names
 
 

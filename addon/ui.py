@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import bpy
 
+from ..core.film.passes import PASSES
 from ..core.settings import OPTIONS
 from .engine import ENGINE
 from .properties import adopt_cycles
@@ -37,6 +38,9 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "use_light_tree",
             "light_sampling_threshold",
             "use_denoising",
+            "denoising_input_passes",
+            "denoising_prefilter",
+            "denoising_quality",
         ),
     ),
     (
@@ -73,6 +77,10 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
 ACTIVE = {
     "sample_offset": lambda settings, render: settings.use_sample_subset,
     "sample_subset_length": lambda settings, render: settings.use_sample_subset,
+    **dict.fromkeys(
+        ("denoising_input_passes", "denoising_prefilter", "denoising_quality"),
+        lambda settings, render: settings.use_denoising,
+    ),
     "filter_width": lambda settings, render: settings.pixel_filter_type != "BOX",
     "film_transparent_glass": lambda settings, render: render.film_transparent,
     "film_transparent_roughness": lambda settings, render: (
@@ -98,6 +106,10 @@ BORROWED = {
     "EEVEE_WORLD_PT_surface",
     "NODE_DATA_PT_EEVEE_light",
     "VIEWLAYER_PT_filter",
+    "VIEWLAYER_PT_layer_passes",
+    "VIEWLAYER_PT_layer_passes_aov",
+    "VIEWLAYER_PT_layer_passes_cryptomatte",
+    "VIEWLAYER_PT_layer_passes_lightgroups",
     "VIEWLAYER_PT_override",
 }
 
@@ -197,6 +209,33 @@ class DATA_PT_penumbra_light(bpy.types.Panel):
         layout.prop(light.penumbra, "max_bounces")
 
 
+class VIEWLAYER_PT_penumbra_passes(bpy.types.Panel):
+    """The passes that a view layer may ask for, from the table of passes."""
+
+    bl_label = "Light and Data"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "view_layer"
+    bl_parent_id = "VIEWLAYER_PT_layer_passes"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Is it our engine?"""
+        return context.engine == ENGINE
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show a switch for each pass that is drawn."""
+        layer, layout = context.view_layer, self.layout
+        column = layout.grid_flow(columns=2, even_columns=True)
+        for flag, name in {each.flag: each.name for each in PASSES if each.read}.items():
+            owner, _, flag = flag.rpartition(".")
+            if owner:
+                column.prop(layer.penumbra, flag)
+            else:
+                column.prop(layer, flag, text=name)
+        layout.prop(layer, "pass_alpha_threshold")
+
+
 class DATA_PT_penumbra_panorama(bpy.types.Panel):
     """What Blender's lens panel leaves out of a panoramic camera."""
 
@@ -237,7 +276,7 @@ def _welcome(panel: type) -> bool:
 def register() -> None:
     """Register our panels and opt in to Blender's."""
     panels = [_panel(*row) for row in PANELS]
-    own = DATA_PT_penumbra_light, DATA_PT_penumbra_panorama
+    own = DATA_PT_penumbra_light, DATA_PT_penumbra_panorama, VIEWLAYER_PT_penumbra_passes
     for cls in (PENUMBRA_OT_adopt_cycles, *panels, *own):
         bpy.utils.register_class(cls)
         _registered.append(cls)

@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 from .arrays import F32, Vec, normalize
 from .bsdf import CAMERA, CLEAR, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
+from .film.denoise import Denoising, is_there
+from .film.ledger import Ledger, compile_ledger, surface_facts
+from .film.passes import Pass, wanted
 from .geometry.accel import Accel, compile_accel
-from .geometry.attributes import VECTOR, Attributes, compile_attributes
+from .geometry.attributes import OPACITY, VECTOR, Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
 from .geometry.view import View, compile_view
@@ -25,6 +28,7 @@ from .lights.environment import Environment, compile_environment
 from .optics import panoramas
 from .sampling.patterns import PATTERNS
 from .scene import (
+    ACTIVE_UV,
     EVERY_SET,
     REST,
     Camera,
@@ -95,6 +99,11 @@ class Plan:
     exposure: float
     has_alpha: bool
     has_held_out: bool  # whether some objects are holes in the picture
+    outputs: tuple[Pass, ...]  # pictures besides Combined
+    matte_pairs: int  # pictures of each cryptomatte
+    denoising: Denoising | None
+    keeps_shadows: bool  # of shadow catchers, in a pass of their own
+    ledger: Ledger | None  # where light and data go, if not only to Combined
 
     # Sampling
     pattern: str
@@ -153,7 +162,7 @@ class Plan:
     @property
     def has_background(self) -> bool:
         """Whether shadows fall on a background that is seen."""
-        return self.alone is not None and not self.film_transparent
+        return self.alone is not None and not self.film_transparent and not self.keeps_shadows
 
     @property
     def passes(self) -> tuple[str, ...]:
@@ -161,7 +170,9 @@ class Plan:
         passes: tuple[str, ...] = ("combined", "alpha") if self.has_alpha else ("combined",)
         if self.alone is not None:
             passes += ("caught", "opacity", "alone")
-        return (*passes, "background") if self.has_background else passes
+        if self.has_background:
+            passes += ("background",)
+        return passes if self.ledger is None else passes + self.ledger.names
 
     @cached_property
     def may_darken(self) -> bool:
@@ -212,7 +223,14 @@ def compile_plan(
 
     # Surfaces: a column for each material that occurs.
     library = Library(_image_side(scene, settings, notes))
-    materials, surfaces = _compile_surfaces(scene, settings, notes, library)
+    outputs = wanted(scene.layer)
+    denoising = _denoising(scene, settings, notes)
+    guides = () if denoising is None else denoising.guides
+    materials, surfaces = _compile_surfaces(scene, settings, notes, library, guides)
+    has_passes = bool(outputs or scene.layer.mattes or guides)
+    if "UV" in scene.layer.passes:
+        asked = surfaces.attributes | {(ACTIVE_UV, VECTOR), (ACTIVE_UV, OPACITY)}
+        surfaces = replace(surfaces, attributes=asked)
     numbers = {id(material): number for number, material in enumerate(materials)}
     transparent = [
         number
@@ -247,7 +265,7 @@ def compile_plan(
         should_stop,
         transparent,
         links_shadows,
-        links_lights or surfaces.reads_spaces or bool(surfaces.attributes),
+        links_lights or surfaces.reads_spaces or bool(surfaces.attributes) or has_passes,
         bool(surfaces.attributes),
     )
     notes += broken
@@ -315,6 +333,11 @@ def compile_plan(
         exposure=settings.film_exposure,
         has_alpha=(scene.film_transparent or surfaces.has_holdout or has_held_out or has_catchers),
         has_held_out=has_held_out,
+        outputs=outputs,
+        matte_pairs=scene.layer.pairs,
+        keeps_shadows="Shadow Catcher" in scene.layer.passes,
+        denoising=denoising,
+        ledger=_compile_ledger(scene, materials, triangles, lights, guides) if has_passes else None,
         pattern=settings.pattern,
         seed=_seed(settings, scene.frame),
         samples=settings.sample_range(),
@@ -361,6 +384,41 @@ def compile_plan(
     return replace(plan, alone=_catchers_alone(plan)) if has_catchers else plan
 
 
+def _compile_ledger(
+    scene: Scene,
+    materials: list[Material | None],
+    triangles: Triangles | None,
+    lights: Lights | None,
+    guides: tuple[str, ...],
+) -> Ledger | None:
+    """Return where what the passes ask for goes."""
+    lamps = [] if lights is None else [lamp.light_group for _, lamp in lights.lamps]
+    glowing = None
+    if lights is not None and lights.triangle_of is not None:
+        assert triangles is not None
+        glowing = triangles.ids[:, 2].take(lights.triangle_of)
+    world = "" if scene.world is None else scene.world.light_group
+    return compile_ledger(scene.layer, scene.instances, materials, lamps, glowing, world, guides)
+
+
+def _denoising(scene: Scene, settings: Settings, notes: list[Note]) -> Denoising | None:
+    """Return how the picture is denoised, None if it is not."""
+    if not (settings.use_denoising and scene.layer.is_denoised):
+        return None
+    why = None
+    if settings.use_sample_subset:
+        why = "a subset of the samples keeps its noise until it is merged"
+    elif not is_there():
+        why = "OpenImageDenoise is not there: the picture keeps its noise"
+    if why is not None:
+        notes.append(Note("Render settings", f"Use Denoising: {why}"))
+        return None
+    kinds = settings.denoising_input_passes
+    has_albedo, has_normal = "ALBEDO" in kinds, "NORMAL" in kinds
+    how = settings.denoising_prefilter, settings.denoising_quality
+    return Denoising(has_albedo, has_normal, *how)
+
+
 def _catchers_alone(plan: Plan) -> Plan:
     """Return what there would be if all but the shadow catchers and their lights were away."""
     assert plan.accel is not None and plan.triangles is not None
@@ -372,7 +430,7 @@ def _catchers_alone(plan: Plan) -> Plan:
             instance = plan.triangles.ids[:, 2].take(lights.triangle_of)
             is_on = np.append(is_on, plan.triangles.objects.catcher.take(instance))
         lights = lights.switched(is_on)
-    return replace(plan, accel=plan.accel.only_catchers(), lights=lights)
+    return replace(plan, accel=plan.accel.only_catchers(), lights=lights, ledger=None)
 
 
 def _shifts_terminators(triangles: Triangles | None) -> bool:
@@ -398,7 +456,11 @@ def _hits_expected(scene: Scene, settings: Settings) -> float:
 
 
 def _compile_surfaces(
-    scene: Scene, settings: Settings, notes: list[Note], library: Library
+    scene: Scene,
+    settings: Settings,
+    notes: list[Note],
+    library: Library,
+    guides: tuple[str, ...],
 ) -> tuple[list[Material | None], SurfaceTable]:
     """Return the materials that occur, once each, and their surfaces in this order."""
     found = {id(m): m for instance in scene.instances for m in instance.materials or (None,)}
@@ -406,14 +468,15 @@ def _compile_surfaces(
     rules = Rules(
         has_reflective_caustics=settings.caustics_reflective,
         has_refractive_caustics=settings.caustics_refractive,
+        shown=surface_facts(scene.layer, guides),
     )
     surfaces = [compile_surface(_owner(m), m, rules, library) for m in materials]
     for surface in surfaces:
         notes += surface.notes
-    table = compile_table(surfaces)
+    table = compile_table(surfaces, rules.shown)
     if settings.blur_glossy > 0 and table.has_specular:
         # A second table, of what paths see that filter glossy blurs.
-        rules = replace(rules, is_blurred=True)
+        rules = replace(rules, is_blurred=True, shown=())
         blurred = [compile_surface(_owner(m), m, rules, library) for m in materials]
         table = replace(table, blurred=compile_table(blurred))
     return materials, table
@@ -565,7 +628,6 @@ def _settings_notes(settings: Settings) -> list[Note]:
     """Name the settings that ask for what is not there yet, where it would change the picture."""
     matter = {
         "use_adaptive_sampling": settings.use_adaptive_sampling,
-        "use_denoising": settings.use_denoising,
     }
     return [
         Note("Render settings", f"{option.label}: {option.awaits} (not available yet)")

@@ -18,13 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import F32, Scalar
-from .film.film import Film, drop_not_finite, new_film, rows
+from .film.cryptomatte import Keys, Parts, summed
+from .film.denoise import DenoiseError, Denoising, denoise
+from .film.film import MIDDLES, Film, drop_not_finite, new_film, rows
+from .film.passes import Pass
 from .pages import keep_pages, release_pages
 from .plan import Plan
 from .sampling.dimensions import LENS, PIXEL
 from .sampling.draws import Draws, Numbers, pixel_keys
 from .sampling.patterns import SEQUENCES
+from .scene import Note
 from .statistics import Tally, peak_memory, summary
+from .transport.middle import look
 from .transport.path import trace
 from .transport.state import Paths, Rays
 
@@ -36,13 +41,34 @@ TICK = 0.05  # seconds between two looks at the caller
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What has been rendered: a film, how many samples of how many, and the statistics."""
+    """What has been rendered: a film, how many samples of how many, and the statistics.
+
+    notes: what went wrong on the way and left the picture less than was asked for.
+    """
 
     film: Film
     exposure: float
     samples: int
     complete: bool
     statistics: dict[str, Any]
+    plan: Plan | None = None
+    notes: tuple[Note, ...] = ()
+
+    def passes(self) -> Iterator[tuple[Pass, NDArray[np.float32]]]:
+        """Yield the other passes that were asked for, (H, W, C) float32."""
+        for each in self.plan.outputs if self.plan is not None else ():
+            yield each, self.film.shaped(each.pixels(self.film, self.exposure))
+
+    def mattes(self) -> Iterator[tuple[str, NDArray[np.float32]]]:
+        """Yield the pictures of the cryptomattes (H, W, 4) with their names: ID, weight, twice."""
+        if self.plan is None or self.plan.ledger is None or self.film.parts is None:
+            return
+        scale = 1.0 / np.maximum(self.film.counts, 1)
+        for matte in self.plan.ledger.mattes:
+            ranked = self.film.parts.ranked(matte, 2 * self.plan.matte_pairs)
+            ranked[1::2] *= scale
+            for place in range(self.plan.matte_pairs):
+                yield f"{matte.kind}{place:02}", self.film.shaped(ranked[4 * place : 4 * place + 4])
 
     def combined(self) -> NDArray[np.float32]:
         """Return (H, W, 4) float32, row 0 at the bottom, premultiplied alpha."""
@@ -59,6 +85,7 @@ class Progress:
     rays: int
     _film: Film
     _exposure: float
+    _plan: Plan | None = None
 
     @property
     def fraction(self) -> float:
@@ -82,7 +109,7 @@ class Progress:
 
     def picture(self) -> Picture:
         """Return the picture so far, without statistics."""
-        return Picture(self._film, self._exposure, int(self.sample), False, {})
+        return Picture(self._film, self._exposure, int(self.sample), False, {}, self._plan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +120,28 @@ class Block:
     key: NDArray[np.uint32]
     x: NDArray[np.float32]
     y: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """What a batch gives: sums (C, n) of `samples` samples of n pixels.
+
+    middles (C, n) of the film and the keys and weights of parts, if the plan asks for these.
+    """
+
+    values: NDArray[np.float32]
+    samples: int
+    tally: Tally
+    middles: NDArray[np.float32] | None = None
+    parts: tuple[Keys, NDArray[np.float64]] | None = None
+
+    def add_to(self, film: Film, first: int) -> None:
+        """Add to a film, whose pixel `first` is the first of these."""
+        film.add(first, self.values, self.samples)
+        if self.middles is not None and film.middles is not None:
+            film.middles[:, first : first + self.middles.shape[1]] = self.middles
+        if self.parts is not None and film.parts is not None:
+            film.parts.add(first, *self.parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +166,13 @@ def render(
     start = perf_counter()
     keep_pages()
     x0, y0, x1, y1 = plan.rectangle
-    film = new_film(x1 - x0, y1 - y0, plan.passes)
+    film = _film(plan, x1 - x0, y1 - y0)
     pixels = film.counts.size
     work = (plan.samples[1] - plan.samples[0]) * pixels
     workers = threads or os.cpu_count() or 1
     total = Tally()
     stop = threading.Event()
-    queue: deque[tuple[Batch, Future[tuple[NDArray[np.float32], int, Tally]]]] = deque()
+    queue: deque[tuple[Batch, Future[Sums]]] = deque()
     batches = _batches(plan)
     timed_out = False
     with ThreadPoolExecutor(workers, thread_name_prefix="penumbra") as pool:
@@ -144,9 +193,9 @@ def render(
                 # Merge in the order of submission, so that sums do not depend on scheduling.
                 while queue and queue[0][1].done():
                     batch, future = queue.popleft()
-                    sums, samples, tally = future.result()
-                    film.add(batch.block.first, sums, samples)
-                    total.add(tally)
+                    sums = future.result()
+                    sums.add_to(film, batch.block.first)
+                    total.add(sums.tally)
 
                 seconds = perf_counter() - start
                 timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
@@ -158,6 +207,7 @@ def render(
                     total.rays,
                     film,
                     plan.exposure,
+                    plan,
                 )
                 if timed_out or (on_tick is not None and on_tick(progress)):
                     stop.set()
@@ -165,14 +215,41 @@ def render(
             stop.set()
             raise
     release_pages()
+    complete = total.samples == work or timed_out
+    notes: tuple[Note, ...] = ()
+    if plan.denoising is not None and complete:
+        notes = _denoise(plan.denoising, film, threads)
     seconds = perf_counter() - start
     return Picture(
         film,
         plan.exposure,
         int(film.counts.min()) if pixels else 0,
-        total.samples == work or timed_out,
+        complete,
         summary(total, plan.prepared, pixels, seconds),
+        plan,
+        notes,
     )
+
+
+def _denoise(how: Denoising, film: Film, threads: int) -> tuple[Note, ...]:
+    """Denoise a film; where that fails, say why and leave the picture as it is."""
+    albedo = film.shaped(film.mean("albedo").clip(0, 1)) if how.has_albedo else None
+    normal = film.shaped(film.mean("bearing")) if how.has_normal else None
+    try:
+        film.denoised = denoise(film.noisy(1.0)[..., :3], albedo, normal, how, threads)
+    except DenoiseError as error:
+        return (Note("Render settings", f"Use Denoising: {error}: the picture keeps its noise"),)
+    return ()
+
+
+def _film(plan: Plan, width: int, height: int) -> Film:
+    film = new_film(width, height, plan.passes)
+    film.keeps_shadows = plan.keeps_shadows
+    if plan.ledger is not None and plan.ledger.has_middles:
+        film.middles = np.zeros((sum(MIDDLES.values()), width * height), F32)
+    if plan.ledger is not None and plan.ledger.mattes:
+        film.parts = Parts(plan.ledger.owners, width * height)
+    return film
 
 
 def _blocks(plan: Plan) -> list[Block]:
@@ -211,10 +288,8 @@ def _sequences(pixels: int) -> int:
     return min(SEQUENCES, max(32, 1 << (pixels // 4).bit_length()))
 
 
-def _sample(
-    plan: Plan, batch: Batch, stop: threading.Event
-) -> tuple[NDArray[np.float32], int, Tally]:
-    """Return the sums (C, pixels) of a batch, the samples in them, and what they took.
+def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
+    """Return the sums of a batch.
 
     Sums of so few samples may be float32; the film's are float64.
     """
@@ -226,6 +301,8 @@ def _sample(
 
     # Small pictures take several samples at once: a wave is about a batch of slots.
     together = max(1, min(batch.end - batch.first, plan.batch // pixels))
+    parts: list[tuple[Keys, Scalar]] = []
+    owners = 0 if plan.ledger is None else plan.ledger.owners
     done = 0
     for first in range(batch.first, batch.end, together):
         samples = min(together, batch.end - first)
@@ -236,19 +313,36 @@ def _sample(
         rays = Rays(origin, direction, far)
         tally.rays_camera += rays.size
         tally.lap("camera")
-        found = trace(plan, rays, Paths(rays.size, slot=slot), draws, tally, stop)
+        paths = Paths(rays.size, slot=slot)
+        found, seen = trace(plan, rays, paths, draws, tally, stop)
         if stop.is_set():
             break
         row = 0
         for each in found:
             tally.not_finite += drop_not_finite(each)
-            each = each.reshape(-1, samples, pixels)
+            each = each.reshape(len(each) if each.ndim > 1 else 1, samples, pixels)
             sums[row : row + len(each)] += each[:, 0] if samples == 1 else each.sum(axis=1)
             row += len(each)
         tally.samples += u.size
+        parts += [(s.slot % pixels * owners + s.owner, s.weight) for s in seen]
         tally.lap("film")
         done += samples
-    return sums, done, tally
+    return Sums(sums, done, tally, _middles(plan, batch), _summed(parts))
+
+
+def _middles(plan: Plan, batch: Batch) -> NDArray[np.float32] | None:
+    """Return what the middles of pixels show, with the first batch of each block."""
+    if plan.ledger is None or not plan.ledger.has_middles:
+        return None
+    if batch.first > 0 or batch.numbers.first != plan.samples[0]:
+        return None
+    return look(plan, batch.block.x, batch.block.y)
+
+
+def _summed(parts: list[tuple[Keys, Scalar]]) -> tuple[Keys, NDArray[np.float64]] | None:
+    if not parts:
+        return None
+    return summed(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 def _draws(

@@ -12,6 +12,7 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
+from .layer import Layer
 from .optics import Aperture, Eye, Panorama
 
 # Kinds of rays, a bit each.  A ray is of the kind of what scattered it last; a transmitted one is
@@ -77,6 +78,7 @@ class Material:
     DISPLACEMENT moves the vertices of meshes, BOTH does both.  bump_width [pixels]: how far beside
     the hit heights are looked at if no node says; bump_softening: MICROFACET, CUBIC or NONE, how
     matte closures with bent normals fade towards the terminator (`terminator.SOFTENINGS`).
+    aovs: by name, what the surface writes into passes of the user's own.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Material:
     displacement_method: str = "BUMP"
     bump_width: float = 0.1
     bump_softening: str = "MICROFACET"
+    aovs: Mapping[str, Node] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for what, choices in (
@@ -236,6 +239,8 @@ class Instance:
     terminator_geometry: float = 0.1
     terminator_shading: float = 0.0
     attributes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    light_group: str = ""
+    asset: str = ""
 
     def __post_init__(self) -> None:
         owner = f"Object '{self.name}'"
@@ -277,6 +282,7 @@ class Lamp:
     blockers: int = EVERY_SET  # mask of those that cast its shadows
     lights_catchers: bool = True  # its light counts where shadow catchers are alone
     surface: Node | None = None  # a shader whose emission multiplies the strength
+    light_group: str = ""
 
     def __post_init__(self) -> None:
         owner = f"Light '{self.name}'"
@@ -298,6 +304,7 @@ class World:
     sampled: bool = True  # rays are also sent towards where it is bright
     max_bounces: int = 1024  # paths with more bounces send none there
     casts_shadow: bool = True  # of those rays
+    light_group: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -355,6 +362,7 @@ class Scene:
     world: World | None = None
     film_transparent: bool = False
     frame: int = 0
+    layer: Layer = Layer()
     notes: tuple[Note, ...] = ()
 
 

@@ -48,6 +48,21 @@ FILTERS = (
     ("GAUSSIAN", "Gaussian", "Gaussian filter"),
     ("BLACKMAN_HARRIS", "Blackman-Harris", "Blackman-Harris filter"),
 )
+GUIDES = (
+    ("RGB", "None", "The picture alone"),
+    ("RGB_ALBEDO", "Albedo", "The colours of surfaces"),
+    ("RGB_ALBEDO_NORMAL", "Albedo and Normal", "The colours and normals of surfaces"),
+)
+PREFILTERS = (
+    ("NONE", "None", "They are taken for free of noise"),
+    ("FAST", "Fast", "They are denoised together with the picture"),
+    ("ACCURATE", "Accurate", "They are denoised before the picture is"),
+)
+QUALITIES = (
+    ("HIGH", "High", "The best"),
+    ("BALANCED", "Balanced", "In between"),
+    ("FAST", "Fast", "The fastest"),
+)
 
 
 @dataclass(frozen=True)
@@ -118,8 +133,22 @@ class Settings:
     use_denoising: bool = _option(
         True,
         "Use Denoising",
-        "Denoise the rendered image",
-        awaits="denoising: the picture keeps its noise",
+        "Denoise the rendered image with OpenImageDenoise, where Blender brings it along",
+    )
+    denoising_input_passes: str = _option(
+        "RGB_ALBEDO_NORMAL",
+        "Denoising Passes",
+        "What tells the denoiser edges from noise",
+        choices=GUIDES,
+    )
+    denoising_prefilter: str = _option(
+        "ACCURATE",
+        "Denoising Prefilter",
+        "What is done against noise in what guides the denoiser",
+        choices=PREFILTERS,
+    )
+    denoising_quality: str = _option(
+        "HIGH", "Denoising Quality", "How much time denoising may take", choices=QUALITIES
     )
 
     # Light paths

@@ -14,12 +14,14 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.scene import Cancelled, Instance, Lamp, Material, Mesh, Note, Scene
+from ...core.layer import Layer
+from ...core.scene import ACTIVE_UV, Cancelled, Instance, Lamp, Material, Mesh, Note, Scene
 from ...core.shading.attributes import attributes_wanted
 from .attributes import export_properties
 from .geometry import export_mesh
 from .images import Images
 from .labels import read_label
+from .layers import export_layer, layer_notes, layer_world
 from .lights import Light, export_world, place_lamp, read_light
 from .materials import export_material
 from .view import Frame, export_camera, read_frame
@@ -27,6 +29,7 @@ from .visibility import read_flags, read_light_flags, read_links
 
 __all__ = ["Frame", "export_camera", "export_scene", "read_frame"]
 
+LIGHT_ONLY = Layer()
 _POLLED = 256  # instances between two looks at the Escape key
 _NOT_RENDERED = {
     "CURVES": "hair curves are not rendered",
@@ -48,15 +51,16 @@ def export_scene(
     notes: list[Note] = []
     camera = export_camera(engine, depsgraph, frame, notes)
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
-    notes.extend(_view_layer_notes(view_layer))
+    notes.extend(layer_notes(view_layer))
     if scene.render.use_motion_blur and view_layer.use_motion_blur:
         notes.append(Note("Render settings", "motion blur is not honoured: everything is still"))
-    content = _Content(depsgraph, notes)
+    layer = export_layer(scene, view_layer)
+    content = _Content(depsgraph, notes, layer)
     for count, item in enumerate(depsgraph.object_instances):
         if count % _POLLED == 0 and should_stop():
             raise Cancelled
         content.add(item)
-    world = view_layer.world_override or scene.world
+    world = layer_world(scene, view_layer)
     return Scene(
         camera=camera,
         instances=tuple(content.instances),
@@ -64,6 +68,7 @@ def export_scene(
         world=export_world(world, notes, content.images) if view_layer.use_sky else None,
         film_transparent=scene.render.film_transparent,
         frame=scene.frame_current,
+        layer=layer,
         notes=tuple(dict.fromkeys(notes)),
     )
 
@@ -84,7 +89,9 @@ class _Content:
     keyed by addresses, which stay put during one export.
     """
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, notes: list[Note]) -> None:
+    def __init__(
+        self, depsgraph: bpy.types.Depsgraph, notes: list[Note], layer: Layer = LIGHT_ONLY
+    ) -> None:
         view_layer = self.view_layer = depsgraph.view_layer_eval
         self.links = read_links(depsgraph)
         self.instances: list[Instance] = []
@@ -99,6 +106,8 @@ class _Content:
         self.shown: dict[tuple[int, int, int], _Shown | None] = {}
         self.lights: dict[tuple[int, int], Light | None] = {}
         self.noted: set[int] = set()
+        self.aovs = frozenset(name for name, _ in layer.aovs)
+        self.shared_attributes = frozenset({ACTIVE_UV} if "UV" in layer.passes else ())
 
     def add(self, item: bpy.types.DepsgraphObjectInstance) -> None:
         """Take one item of the depsgraph: a mesh, a light, or something to note."""
@@ -150,7 +159,7 @@ class _Content:
             return None
         slots = [self.override or slot.material for slot in object.material_slots]
         materials = [self.material(slot) for slot in slots or [self.override]]
-        names = frozenset[str]().union(*map(attributes_wanted, materials))
+        names = self.shared_attributes.union(*map(attributes_wanted, materials))
         key = data.as_pointer(), names
         mesh = self.meshes.get(key)
         if mesh is None:
@@ -167,7 +176,7 @@ class _Content:
     def material(self, material: bpy.types.Material | None) -> Material:
         key = 0 if material is None else material.as_pointer()
         if key not in self.materials:
-            self.materials[key] = export_material(material, self.notes, self.images)
+            self.materials[key] = export_material(material, self.notes, self.images, self.aovs)
         return self.materials[key]
 
 
@@ -193,20 +202,3 @@ def _object_notes(object: bpy.types.Object) -> Iterator[Note]:
         settings = system.settings
         if settings.type == "HAIR" and settings.render_type == "PATH":
             yield Note(owner, f"hair of particle system '{system.name}' is not rendered")
-
-
-def _view_layer_notes(view_layer: bpy.types.ViewLayer) -> Iterator[Note]:
-    """Yield what a view layer asks for and does not get."""
-    owner = f"View layer '{view_layer.name}'"
-    for prop in view_layer.bl_rna.properties:
-        name = prop.identifier
-        wanted = name.startswith("use_pass_") and getattr(view_layer, name)
-        if wanted and name not in (
-            "use_pass_combined",
-            "use_pass_cryptomatte_accurate",
-        ):
-            yield Note(owner, f"pass {prop.name} is not rendered")
-    for pass_ in view_layer.aovs:
-        yield Note(owner, f"shader pass '{pass_.name}' is not rendered")
-    for group in view_layer.lightgroups:
-        yield Note(owner, f"light group '{group.name}' is not rendered")

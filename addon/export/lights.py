@@ -164,4 +164,5 @@ def export_world(
         sampled=getattr(cycles, "sampling_method", "AUTOMATIC") != "NONE",
         max_bounces=read_max_bounces(world),
         casts_shadow=getattr(cycles, "use_shadows", True),
+        light_group=world.lightgroup,
     )

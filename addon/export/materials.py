@@ -22,7 +22,8 @@ from .mapping import export_mapping
 
 Path = tuple[bpy.types.Node, ...]  # the group nodes that one is inside of
 
-DEFAULT_SURFACE = Material("Default", Node("BsdfDiffuse", inputs={"Color": (0.8, 0.8, 0.8)}))
+_GREY = Node("BsdfDiffuse", inputs={"Color": (0.8, 0.8, 0.8)})
+DEFAULT_SURFACE = Material("default_surface", _GREY)
 
 # Properties of every node: where it is drawn, not what it does
 _COMMON = {prop.identifier for prop in bpy.types.ShaderNode.bl_rna.properties}
@@ -33,9 +34,15 @@ _CARRIERS = {"RGBA": ("RGB", "Color"), "VECTOR": ("CombineXYZ", "Vector")}
 
 
 def export_material(
-    material: bpy.types.Material | None, notes: list[Note], images: Images | None = None
+    material: bpy.types.Material | None,
+    notes: list[Note],
+    images: Images | None = None,
+    aovs: frozenset[str] = frozenset(),
 ) -> Material:
-    """Return a material as Cycles would see it; an empty slot is its grey default surface."""
+    """Return a material as Cycles would see it; an empty slot is its grey default surface.
+
+    With what it writes into the user's own passes `aovs`.
+    """
     if material is None:
         return DEFAULT_SURFACE
     tree = active_tree(material)
@@ -45,6 +52,7 @@ def export_material(
     owner = f"Material '{material.name}'"
     reader = _Reader(notes, images or Images(notes))
     surface, displacement = reader.read_output(tree, owner)
+    written = reader.read_aovs(tree, aovs) if aovs else {}
     cycles = getattr(material, "cycles", None)  # there while the Cycles add-on is enabled
     return Material(
         material.name,
@@ -54,6 +62,7 @@ def export_material(
         emission_sampling=getattr(cycles, "emission_sampling", "AUTO"),
         displacement=displacement,
         displacement_method=material.displacement_method,
+        aovs=written,
         bump_width=0.1 if bpy.app.version >= (4, 4) else 1.0,
         bump_softening=_softening(cycles),
     )
@@ -107,6 +116,23 @@ class _Reader:
             surface.node if isinstance(surface, Link) else None,
             displacement if isinstance(displacement, Link) else None,
         )
+
+    def read_aovs(self, tree: bpy.types.NodeTree, names: frozenset[str]) -> dict[str, Node]:
+        """Return the AOV Output nodes of these names, also those inside of groups."""
+        found: dict[str, Node] = {}
+        waiting: list[tuple[bpy.types.NodeTree, Path]] = [(tree, ())]
+        while waiting:
+            inside, path = waiting.pop()
+            for node in inside.nodes:
+                name = getattr(node, "aov_name", "")
+                if node.mute:
+                    continue
+                if node.bl_idname == "ShaderNodeOutputAOV" and name in names:
+                    found.setdefault(name, self.node(node, path))
+                elif isinstance(node, bpy.types.ShaderNodeGroup) and node.node_tree:
+                    waiting.append((node.node_tree, (*path, node)))
+        self.finish()
+        return found
 
     def finish(self) -> None:
         """Read the inputs of all nodes that were met, until there is no new one."""

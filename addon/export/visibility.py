@@ -43,6 +43,8 @@ def read_flags(
         "seen_by": _kinds(object, parent, view_layer),
         "is_holdout": maker.holdout_get(view_layer=view_layer),
         "is_shadow_catcher": object.is_shadow_catcher or maker.is_shadow_catcher,
+        "light_group": _light_group(object, parent),
+        "asset": _asset(object),
         "receiver_set": links.receivers.set_of(object, parent),
         "blocker_set": links.blockers.set_of(object, parent),
         **_terminator(object),
@@ -75,8 +77,21 @@ def read_light_flags(
     return {
         "seen_by": _kinds(object, parent, view_layer),
         "lights_catchers": object.is_shadow_catcher or (parent or object).is_shadow_catcher,
+        "light_group": _light_group(object, parent),
         **_masks(object, links),
     }
+
+
+def _light_group(object: bpy.types.Object, parent: bpy.types.Object | None) -> str:
+    """Return the light group of an object, or else of what makes instances of it."""
+    return object.lightgroup or (parent.lightgroup if parent else "")
+
+
+def _asset(object: bpy.types.Object) -> str:
+    """Return the name of what an object is a part of: the first of its ancestors."""
+    while object.parent is not None:
+        object = object.parent
+    return object.name
 
 
 def _masks(object: bpy.types.Object, links: Links) -> dict[str, int]:

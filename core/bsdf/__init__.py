@@ -26,7 +26,8 @@ with the distribution of `sample`; and a delta type
 
     branches(parameters, wo) -> ((wi, weight), ...)
 
-with all its directions at once, for splitting; the weights are then those of the sum.
+with all its directions at once, for splitting; the weights are then those of the sum.  SHOWN_AS is
+the ray kind as whose passes show it, if not its own.
 """
 
 from typing import Any
@@ -58,6 +59,7 @@ from .kinds import (
     TRANSMISSION,
     lit_as,
     sent_as,
+    shown_as,
 )
 
 REGISTRY: dict[str, Any] = {
@@ -92,5 +94,6 @@ __all__ = [
     "TRANSMISSION",
     "lit_as",
     "sent_as",
+    "shown_as",
     "transparent",
 ]

@@ -21,6 +21,12 @@ def lit_as(closure: Any) -> int:
     return GLOSSY | TRANSMISSION if closure.TRANSMITS else GLOSSY
 
 
+def shown_as(closure: Any) -> int:
+    """Return the ray kind as whose passes show a closure, DIFFUSE or GLOSSY."""
+    kind: int = getattr(closure, "SHOWN_AS", closure.RAY_KIND)
+    return kind
+
+
 def sent_as(kinds: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the kinds (N,) of the closures that sent rays, whatever the rays count as."""
     matte = (kinds & np.uint8(MATTE)) != 0
@@ -43,4 +49,5 @@ __all__ = [
     "TRANSMISSION",
     "lit_as",
     "sent_as",
+    "shown_as",
 ]

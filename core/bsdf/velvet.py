@@ -14,12 +14,13 @@ import numpy as np
 
 from ..arrays import F32, INV_PI, TWO_PI, Scalar, Vec
 from ..sampling import warp
-from .kinds import DIFFUSE
+from .kinds import DIFFUSE, GLOSSY
 
 NAME = "velvet"
 PARAMETERS = {"sigma": 1}
 IS_DELTA = False
 RAY_KIND = DIFFUSE
+SHOWN_AS = GLOSSY  # as in Cycles
 TRANSMITS = False
 WEIGHT_IN_WI_Z = False
 DRAWS = 2

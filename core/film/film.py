@@ -4,24 +4,50 @@ Sums are float64, so that ten thousand samples add up without drift; every pixel
 samples it holds, since a stopped render leaves some pixels behind others.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32
-from .shadows import add_shadows
+from .cryptomatte import Parts
+from .shadows import add_shadows, shadow_of
 
-# What pixels may sum up, and how many rows that takes; see `shadows` for the last four.
-PASSES = {
+# What pixels may sum up, and how many rows that takes; see `shadows` for the four after alpha, and
+# `ledger` for all from emission on.  Those that there may be several of are named "aov_color:X".
+SUMS = {
     "combined": 3,
     "alpha": 1,
     "caught": 3,
     "opacity": 1,
     "alone": 3,
     "background": 3,
+    "emission": 3,
+    "environment": 3,
+    "diffuse_direct": 3,
+    "diffuse_indirect": 3,
+    "glossy_direct": 3,
+    "glossy_indirect": 3,
+    "transmission_direct": 3,
+    "transmission_indirect": 3,
+    "diffuse": 3,  # colours
+    "glossy": 3,
+    "transmission": 3,
+    "normal": 3,
+    "uv": 3,
+    "mist": 1,
+    "occlusion": 3,
+    "seconds": 1,
+    "albedo": 3,  # guides of the denoiser
+    "bearing": 3,
+    "reach": 1,
+    "aov_color": 4,
+    "aov_value": 1,
+    "group": 3,
 }
 
+# What the middle of a pixel shows, which no filter blurs
+MIDDLES = {"depth": 1, "position": 3, "object_index": 1, "material_index": 1}
 LARGEST = 1e36  # of a sample; a batch has fewer than 300 samples of a pixel
 
 
@@ -29,7 +55,10 @@ LARGEST = 1e36  # of a sample; a batch has fewer than 300 samples of a pixel
 class Film:
     """Sums of a width x height rectangle, row 0 at the bottom.
 
-    sums (C, pixels) float64 of the `passes`, one after the other; counts (pixels,) int64.
+    sums (C, pixels) float64 of the `passes`, one after the other; counts (pixels,) int64.  middles
+    (C, pixels) float32, in the order of `MIDDLES`, and `parts`, what a pixel shows parts of, are
+    None where nobody asks.  keeps_shadows: those of shadow catchers are not in the picture;
+    denoised (H, W, 3), before exposure, None where it is not.
     """
 
     width: int
@@ -37,6 +66,10 @@ class Film:
     passes: tuple[str, ...]
     sums: NDArray[np.float64]
     counts: NDArray[np.int64]
+    middles: NDArray[np.float32] | None = None
+    parts: Parts | None = field(default=None, repr=False)
+    keeps_shadows: bool = False
+    denoised: NDArray[np.float32] | None = None
 
     def add(self, first: int, sums: NDArray[np.float32], samples: int) -> None:
         """Add what `samples` samples gave for the pixels from `first` on; sums is (C, n)."""
@@ -47,32 +80,59 @@ class Film:
     def combined(self, exposure: float) -> NDArray[np.float32]:
         """Return (H, W, 4) float32: mean radiance x exposure, premultiplied alpha.
 
-        Pixels without a sample are transparent black.
+        Pixels without a sample are transparent black.  Denoised, if the film is.
         """
+        picture = self.noisy(exposure)
+        if self.denoised is not None:
+            np.multiply(self.denoised, exposure, out=picture[..., :3], casting="same_kind")
+        return picture
+
+    def noisy(self, exposure: float) -> NDArray[np.float32]:
+        """Return the picture (H, W, 4) as its samples are."""
         scale = 1.0 / np.maximum(self.counts, 1)
         alpha = np.minimum(self.counts, 1.0)
         if "alpha" in self.passes:
-            alpha = np.clip(self._sum("alpha")[0] * scale, 0.0, 1.0)
-        colour = self._sum("combined")
-        if "caught" in self.passes:
-            opacity = np.clip(self._sum("opacity")[0] * scale, 0.0, 1.0)
-            alpha = add_shadows(self._sum("caught"), self._sum("alone"), opacity, alpha)
-        if "background" in self.passes:
-            colour = colour + self._sum("background") * (1.0 - alpha)
-            alpha = np.minimum(self.counts, 1.0)
+            alpha = np.clip(self.total("alpha")[0] * scale, 0.0, 1.0)
+        colour = self.total("combined")
+        if "caught" in self.passes and not self.keeps_shadows:
+            alpha = add_shadows(self.shadow(), alpha)
+            if "background" in self.passes:
+                colour = colour + self.total("background") * (1.0 - alpha)
+                alpha = np.minimum(self.counts, 1.0)
         out = np.zeros((self.counts.size, 4), F32)
         np.multiply(colour, scale * exposure, out=out[:, :3].T, casting="same_kind")
         out[:, 3] = alpha
         return out.reshape(self.height, self.width, 4)
 
-    def _sum(self, name: str) -> NDArray[np.float64]:
+    def shadow(self) -> NDArray[np.float64]:
+        """Return by what (3, pixels) shadow catchers are darker than they would be alone."""
+        opacity = np.clip(self.mean("opacity")[0], 0.0, 1.0)
+        return shadow_of(self.total("caught"), self.total("alone"), opacity)
+
+    def mean(self, name: str) -> NDArray[np.float64]:
+        """Return the mean (C, pixels) of the samples of one of `SUMS`."""
+        return self.total(name) / np.maximum(self.counts, 1)
+
+    def total(self, name: str) -> NDArray[np.float64]:
+        """Return one of `SUMS` (C, pixels)."""
         first = rows(self.passes[: self.passes.index(name)])
-        return self.sums[first : first + PASSES[name]]
+        return self.sums[first : first + rows((name,))]
+
+    def middle(self, name: str) -> NDArray[np.float32]:
+        """Return one of `MIDDLES` (C, pixels)."""
+        assert self.middles is not None
+        names = list(MIDDLES)
+        first = sum(MIDDLES[each] for each in names[: names.index(name)])
+        return self.middles[first : first + MIDDLES[name]]
+
+    def shaped(self, array: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Return (H, W, C) float32 of an array (C, pixels)."""
+        return np.ascontiguousarray(array.T, F32).reshape(self.height, self.width, -1)
 
 
 def rows(passes: tuple[str, ...]) -> int:
     """Return the number of rows of passes."""
-    return sum(PASSES[name] for name in passes)
+    return sum(SUMS[name.partition(":")[0]] for name in passes)
 
 
 def new_film(width: int, height: int, passes: tuple[str, ...] = ("combined",)) -> Film:

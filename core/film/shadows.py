@@ -12,14 +12,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating]
 
 
-def add_shadows(caught: Array, alone: Array, opacity: Array, alpha: Array) -> Array:
-    """Return the alpha (n,) of pixels with their shadows, which are black.
+def shadow_of(caught: Array, alone: Array, opacity: Array) -> NDArray[np.float64]:
+    """Return by what (3, n) the background of pixels is multiplied, 1 without catchers.
 
-    caught and alone (3, n) are sums of radiance; opacity (n,) is of the pixel, alpha (n,) of it
-    without catchers.  Light that is added is not seen: only the mean of the channels counts.
+    caught and alone (3, n) are sums of radiance; opacity (n,) is of the pixel.
     """
     is_lit = alone != 0
     share = np.where(is_lit, caught / np.where(is_lit, alone, 1.0), 1.0)
-    share = 1.0 + opacity * (share - 1.0)
-    shadow = 1.0 - np.clip(share.mean(axis=0), 0.0, 1.0)
-    return alpha + (1.0 - alpha) * shadow
+    return np.asarray(1.0 + opacity * (share - 1.0))
+
+
+def add_shadows(shadow: Array, alpha: Array) -> Array:
+    """Return the alpha (n,) of pixels with their shadows, which are black.
+
+    alpha (n,) is that without catchers.  Light that is added is not seen: only the mean of the
+    channels of `shadow` (3, n) counts.
+    """
+    return alpha + (1.0 - alpha) * (1.0 - np.clip(shadow.mean(axis=0), 0.0, 1.0))

@@ -65,6 +65,13 @@ class View:
         out[1] = (y - self.low[1]) / self.size[1]
         return out
 
+    def depth(self, place: Vec) -> Scalar:
+        """Return how deep (n,) [m] places (3, n) in the camera's space are in the picture.
+
+        Along the view; for panoramas, the distance (Cycles).
+        """
+        return place[2] if self.panorama is None else np.sqrt(dot(place, place))
+
     def footprint(self, place: Vec) -> Scalar:
         """Return how wide (N,) [m] a pixel is at places (3, N) in the camera's space."""
         if self.panorama is not None:

@@ -10,6 +10,7 @@ LIGHT, LIGHT_CHOICE, SCATTER, CHOICE, ROULETTE, WORLD = 3, 4, 5, 6, 7, 8  # of e
 _PURPOSES = 9  # room for each bounce's purposes
 _LAMPS = 64  # lamps that may have a pair of their own
 LAST_ITEM = _LAMPS - 1
+OCCLUSION_ITEM = 1  # of WORLD: what ambient occlusion draws
 
 # Bounces beyond this draw independent numbers: what stratification is worth there is less than
 # what its tables cost.

@@ -160,6 +160,8 @@ class Recipe:
     bent: Value | None
     bent_order: tuple[Value, ...]
     softening: str
+    facts: tuple[Value, ...] = ()
+    facts_order: tuple[Value, ...] = ()
 
     def shade(
         self,
@@ -237,7 +239,8 @@ class SurfaceTable:
     glows, is_transparent (M,) bool; plain_transparency and plain_emission (3, M) are these, None
     if any depends on the point; tells_kinds: matte rays from glossy ones; reads_spaces: of objects,
     which `place` must then have, as it must the `attributes` of meshes.  `blurred` are the same
-    surfaces as paths see them that filter glossy blurs, None where it changes nothing.
+    surfaces as paths see them that filter glossy blurs, None where it changes nothing.  shown:
+    names of the facts that surfaces tell.
     """
 
     recipes: tuple[Recipe, ...]
@@ -254,6 +257,7 @@ class SurfaceTable:
     attributes: frozenset[Asked] = frozenset()
     place: Place = NOWHERE
     blurred: "SurfaceTable | None" = None
+    shown: tuple[str, ...] = ()
 
     def asking(self, asked: Asked) -> "SurfaceTable":
         """Return the table with one more attribute that is asked of meshes."""
@@ -373,6 +377,15 @@ class SurfaceTable:
                 out[:, slice(None) if index is None else index] = passed
         return out
 
+    def facts(
+        self, points: Points, arrival: Arrival
+    ) -> Iterator[tuple[Index | None, dict[str, Array]]]:
+        """Yield points and what passes show of them, (n,) or (3, n) or of one column."""
+        for recipe, index, column in self._split(points.material, None):
+            context = Context(points, arrival, index, self.place)
+            found = recipe.program.run(recipe.facts, recipe.facts_order, context, column)
+            yield index, dict(zip(self.shown, found, strict=True))
+
     def holdout(self, points: Points, arrival: Arrival) -> Iterator[tuple[Index | None, Array]]:
         """Yield points and how deep (n,) or (1,) they cut a hole into the picture."""
         for recipe, index, column in self._split(points.material, None):
@@ -425,8 +438,8 @@ def choose(shaded: Shaded, u: Scalar) -> Iterator[tuple[Index | None, LobeAt]]:
         below = above
 
 
-def compile_table(surfaces: Sequence[Surface]) -> SurfaceTable:
-    """Sort the surfaces of all materials into programs."""
+def compile_table(surfaces: Sequence[Surface], shown: tuple[str, ...] = ()) -> SurfaceTable:
+    """Sort the surfaces of all materials into programs; `shown` are the facts they all tell."""
     groups: dict[Any, list[int]] = {}
     for number, surface in enumerate(surfaces):
         closures = tuple(lobe.closure for lobe in surface.lobes)
@@ -453,6 +466,7 @@ def compile_table(surfaces: Sequence[Surface]) -> SurfaceTable:
         any(reader(item)[0] in READS_SPACES for recipe in recipes for item in recipe.program.order),
         any(tells_kinds(recipe.program.order) for recipe in recipes),
         frozenset(asked for recipe in recipes for asked in asked_by(recipe.program.order)),
+        shown=shown,
     )
 
 
@@ -479,6 +493,8 @@ def _recipe(members: list[Surface]) -> Recipe:
     def order(output: Value | None) -> tuple[Value, ...]:
         return () if output is None else tuple(walk([output]))
 
+    facts = tuple(first.fact(name) for name in first.rules.shown)
+
     return Recipe(
         program,
         tuple(first.lobes),
@@ -493,4 +509,6 @@ def _recipe(members: list[Surface]) -> Recipe:
         first.bent,
         order(first.bent),
         first.softening,
+        facts,
+        tuple(walk(facts)),
     )

@@ -203,6 +203,7 @@ def output_of(material: Material) -> Node:
     inputs: dict[str, Socket] = {"Displacement": material.displacement}
     if material.surface is not None:
         inputs["Surface"] = Link(material.surface, "Surface")
+    inputs |= {f"AOV {name}": Link(node, name) for name, node in material.aovs.items()}
     return Node("Output", material.name, inputs)
 
 

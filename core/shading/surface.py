@@ -6,13 +6,32 @@ plus emitted radiance, transparency and holdout.
 
 from dataclasses import dataclass, field
 
-from ..bsdf import REGISTRY
+import numpy as np
+
+from ..bsdf import DIFFUSE, GLOSSY, REGISTRY, shown_as
 from ..scene import Link, Node, Note
 from .graph import Graph
-from .inputs import NORMAL
+from .inputs import NORMAL, VALID_NORMAL
 from .normals import unit_normal
 from .rules import Rules
-from .values import COLOUR, VECTOR, Number, Value, average, grey, read, value, widened
+from .values import (
+    COLOUR,
+    FLOAT,
+    VECTOR,
+    Number,
+    Value,
+    average,
+    constant,
+    grey,
+    read,
+    step,
+    value,
+    widened,
+)
+
+# Sorts of closures that passes tell apart
+COLOURS = ("diffuse", "glossy", "transmission")
+NORMALS = ("normal", "matte_normal", "bearing")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +56,9 @@ class Surface:
 
     Constants that are black are left out (None).  weights: of shader nodes, by id, as they flow
     down from the output.  bent: the shading normal where the material displaces it; softening: of
-    light on closures with normals of their own.
+    light on closures with normals of their own.  facts: what passes show of it, by the names in
+    `Rules.shown`: "diffuse", "glossy" and "transmission", the light that closures of this sort send
+    back of a white world, "albedo", that of all and of what glows; normals; the user's own.
     """
 
     graph: Graph
@@ -49,6 +70,7 @@ class Surface:
     weights: dict[int, Value] = field(default_factory=dict)
     bent: Value | None = None
     softening: str = "MICROFACET"
+    facts: dict[str, Value] = field(default_factory=dict)
 
     @property
     def notes(self) -> list[Note]:
@@ -77,6 +99,37 @@ class Surface:
         )
         share = average(weight) if importance is None else average(weight * importance)
         self.lobes.append(Lobe(closure, widened(weight, COLOUR), made, share, normal, tangent))
+        if shown_as(REGISTRY[closure]) == DIFFUSE:
+            self.show("diffuse", weight)
+
+    def show(self, sort: str, albedo: Value) -> None:
+        """Add what a closure sends back to the colour of its sort, if passes want that."""
+        for name in {sort, "albedo"} & set(self.rules.shown):
+            before = self.facts.get(name)
+            albedo = widened(albedo, COLOUR)
+            self.facts[name] = albedo if before is None else before + albedo
+
+    def show_normal(self, name: str, is_matte: bool = False) -> None:
+        """Tell the mean normal of all closures, or all matte ones, if passes want that."""
+        total: Value | None = None
+        lobes = self.lobes if name in self.rules.shown else []
+        for lobe in lobes:
+            if is_matte and shown_as(REGISTRY[lobe.closure]) != DIFFUSE:
+                continue
+            own = lobe.normal
+            if own is None:
+                own = NORMAL if REGISTRY[lobe.closure].RAY_KIND != GLOSSY else VALID_NORMAL
+            part = own * step(np.abs, average(lobe.weight))
+            total = part if total is None else total + part
+        if total is not None:
+            self.facts[name] = read(unit_normal, total, kind=VECTOR)
+
+    def fact(self, name: str) -> Value:
+        """Return what passes show by one of `Rules.shown`, black where there is none."""
+        black = constant(
+            0.0, COLOUR if name in (*COLOURS, "albedo") or name.startswith("aov_color") else FLOAT
+        )
+        return self.facts.setdefault(name, NORMAL if name in NORMALS else black)
 
     def normal_of(self, node: Node, socket: str = "Normal") -> Value | None:
         """Return a node's own unit normal, None if it is the shading normal."""
@@ -125,4 +178,5 @@ class Surface:
                 lobe.weight, *lobe.parameters, lobe.importance, lobe.normal, lobe.tangent
             )
         )  # fmt: skip
-        return (*lobes, self.emission, self.transparency, self.holdout, self.bent)
+        facts = tuple(self.fact(name) for name in self.rules.shown)
+        return (*lobes, self.emission, self.transparency, self.holdout, self.bent, *facts)

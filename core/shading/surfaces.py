@@ -15,7 +15,7 @@ from .normals import bump, bump_undisplaced
 from .rules import Rules
 from .shaders import SHADER_INPUTS, SHADERS
 from .surface import Lobe, Surface
-from .values import FLOAT, Value, average, constant, step
+from .values import FLOAT, Value, average, clamp, constant, step
 
 WHITE = constant((1.0, 1.0, 1.0))
 
@@ -39,7 +39,27 @@ def compile_surface(
     if surface.transparency is not None:
         share = average(surface.transparency)
         surface.lobes.append(Lobe("transparent", surface.transparency, (), share))
+    surface.show_normal("normal")
+    surface.show_normal("matte_normal", is_matte=True)
+    surface.show_normal("bearing")
+    if surface.emission is not None:
+        surface.show("albedo", clamp(surface.emission))
+    if material is not None:
+        _write_aovs(surface, material)
     return surface
+
+
+def _write_aovs(surface: Surface, material: Material) -> None:
+    """Keep what the material writes into the passes of the user that are wanted."""
+    for name, node in material.aovs.items():
+        for key, made in (
+            (f"aov_color:{name}", surface.graph.colour),
+            (f"aov_value:{name}", surface.graph.number),
+        ):
+            if key in surface.rules.shown:
+                socket = "Color" if key.startswith("aov_color") else "Value"
+                surface.facts[key] = made(node, socket)
+                surface.facts[f"aov_alpha:{name}"] = constant(1.0)
 
 
 def _displaced(graph: Graph, output: Node, is_moved: bool) -> Value | None:

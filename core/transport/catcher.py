@@ -44,7 +44,12 @@ def catch(
         return paths, points, None
     other = np.flatnonzero(~is_caught)
     caught = Caught(
-        paths.take(found), points.take(found), draws, depth, radiance.twin(), radiance.twin()
+        paths.take(found),
+        points.take(found),
+        draws,
+        depth,
+        radiance.twin(keeps_book=True),
+        radiance.twin(),
     )
 
     # A hole in the picture, which the catcher fills as far as opacity goes.
@@ -70,5 +75,8 @@ def gather(radiance: Radiance, caught: Sequence[Caught]) -> tuple[Vec | Scalar, 
                 all_holes += more_holes
             if background is not None and behind is not None:
                 background += behind
+            if source.book is not None and radiance.book is not None:
+                radiance.book += source.book
+                radiance.seen += source.seen
     found = picture, F32(1) - holes, among_all, F32(1) - all_holes, alone
     return found if background is None else (*found, background)

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import F32, Index, Scalar, Vec, check, dot, take
-from ..bsdf import DIFFUSE, lit_as
+from ..bsdf import DIFFUSE, GLOSSY, lit_as, shown_as
+from ..film import ledger
 from ..geometry.accel import FAR
 from ..geometry.surface import Points
 from ..geometry.terminator import bump_shadow, raise_starts, shift
@@ -28,6 +29,7 @@ from ..scene import EVERY_SET
 from ..shading import Arrival, LobeAt, Shaded
 from ..statistics import Tally
 from .arrival import at_lamps
+from .book import enter_sampled
 from .mis import power_weight
 from .radiance import Radiance
 from .receiver import Receiver, Sample
@@ -53,21 +55,45 @@ def add(
     arrival = None
     if plan.lights is not None and plan.lights.shaders is not None:
         arrival = at_lamps(paths, depth)
-    to = _receiver(points, shaded, paths, arrival)
+    to = _receiver(points, shaded, paths, arrival, radiance.sorts_light)
     if to is None:
         return
     only = to.only
     total: Vec | Scalar | None = None
+    groups: list[tuple[Any, Vec]] = []
     for sample in samples(plan, to, draws, depth):
         light = _visible(plan, to, sample, draws, depth, tally)
         if light is not None:
+            if to.is_sorted and plan.ledger is not None and plan.ledger.light_groups is not None:
+                row = plan.ledger.light_groups[sample.light_number]
+                groups.append((row, light.sum(axis=0)))
             total = light if total is None else _sum(total, light)
     if total is None:
+        return
+    if to.is_sorted:
+        _add_sorted(plan, to, total, groups, depth, radiance)
         return
     if only is not None:
         total = only.weight * total
     is_direct = None if to.total is None else to.total == 0
     radiance.add(np.broadcast_to(total, (3, to.points.size)), to.slot, depth, is_direct)
+
+
+def _add_sorted(
+    plan: Plan,
+    to: Receiver,
+    by_lobe: np.ndarray,
+    groups: Sequence[tuple[Any, Vec]],
+    depth: int,
+    radiance: Radiance,
+) -> None:
+    """Add light (lobes, 3, n) to the radiance and to its passes; groups: rows and their light."""
+    assert plan.ledger is not None
+    is_direct = None if to.total is None else to.total == 0
+    kept = radiance.add(by_lobe.sum(axis=0), to.slot, depth, is_direct)
+    enter_sampled(plan, to, by_lobe, kept, depth, radiance)
+    for row, light in groups:
+        radiance.enter(row, light * kept, to.slot)
 
 
 def _sum(total: Vec | Scalar, light: Vec | Scalar) -> Vec | Scalar:
@@ -78,7 +104,11 @@ def _sum(total: Vec | Scalar, light: Vec | Scalar) -> Vec | Scalar:
 
 
 def _receiver(
-    points: Points, shaded: Sequence[Shaded], paths: Paths, arrival: Arrival | None
+    points: Points,
+    shaded: Sequence[Shaded],
+    paths: Paths,
+    arrival: Arrival | None,
+    is_sorted: bool,
 ) -> Receiver | None:
     """Return the points that have a closure which lamps can light, None if there are none."""
     lit = [each for each in shaded if each.scatters]
@@ -86,8 +116,10 @@ def _receiver(
         return None
     lit = [Shaded(s.index, s.size, tuple(x for x in s.lobes if not x.module.IS_DELTA)) for s in lit]
     count = sum(each.size for each in lit)
+    lobe = paths.scattered_by if is_sorted else None
     if count > WORTH_COMPACTING * points.size:
-        return Receiver(points, tuple(lit), paths.slot, paths.total, arrival, paths.passed)
+        way = paths.slot, paths.total, arrival, paths.passed
+        return Receiver(points, tuple(lit), *way, is_sorted, lobe)
 
     # Leave the others out; what is left stands in the order of the programs.
     index = np.concatenate([each.index for each in lit if each.index is not None])
@@ -101,7 +133,8 @@ def _receiver(
     total = None if paths.total is None else paths.total.take(index)
     arrival = None if arrival is None else arrival.take(index)
     passed = take(paths.passed, index)
-    return Receiver(points.take(index), tuple(moved), slot, total, arrival, passed)
+    way = slot, total, arrival, passed
+    return Receiver(points.take(index), tuple(moved), *way, is_sorted, take(lobe, index))
 
 
 # --- Scattering and shadow ----------------------------------------------------------------------
@@ -112,7 +145,8 @@ def _visible(
 ) -> Scalar | Vec | None:
     """Return the light (3, n) that is scattered to the viewer where nothing is in its way.
 
-    Without the closure's weight if there is only one; then (n,) if the light is grey.
+    Without the closure's weight if there is only one; then (n,) if the light is grey.  Sorted
+    light is (lobes, 3, n).
     """
     assert plan.accel is not None and plan.triangles is not None
     scattered = _scattered(plan, to, sample)
@@ -122,6 +156,7 @@ def _visible(
 
     # What carries no light gets no ray.
     size = np.abs(scattered) if plan.may_darken else scattered
+    size = size.sum(axis=0) if size.ndim == 3 else size
     arriving = size if size.ndim == 1 else size.max(axis=0)
     if plan.light_threshold > 0 and sample.casts_shadow is not False:
         scattered, arriving = _thinned(plan, to, sample, draws, depth, scattered, arriving)
@@ -130,7 +165,7 @@ def _visible(
         return None
     if sample.casts_shadow is False:
         return scattered
-    start = _starts(plan, to, sample)
+    start = starts(plan, to, sample)
     if start is not to.points.above:
         # Aim anew from there: else the ray would end behind a light nearby.
         moved = (start - to.points.above) * (sample.far < FAR)
@@ -196,6 +231,8 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
         if sample.light.shape[1] == 1 and (sample.light == sample.light[0]).all():
             return value * (sample.gain * sample.light[0])
         return value * sample.gain * sample.light
+    if to.is_sorted:
+        return _scattered_by_lobe(plan, to, sample)
     total = np.zeros((3, to.points.size), F32)
     for shaded in to.shaded:
         light: Vec | None = None
@@ -213,6 +250,29 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
         else:
             for channel, values in zip(total, light, strict=True):
                 channel[shaded.index] = values
+    total *= sample.gain
+    total *= sample.light
+    return total
+
+
+def _scattered_by_lobe(plan: Plan, to: Receiver, sample: Sample) -> np.ndarray:
+    """Return light (lobes, 3, n) sorted by what scatters it: glass reflects or transmits it."""
+    total = np.zeros((len(ledger.LOBES), 3, to.points.size), F32)
+    for shaded in to.shaded:
+        columns = slice(None) if shaded.index is None else shaded.index
+        for lobe in shaded.lobes:
+            value = _of_closure(lobe, shaded.index, sample)
+            if value is None:
+                continue
+            if plan.shifts_terminators:
+                value = _shifted(plan, to, value, lobe, shaded.index, sample)
+            value = np.broadcast_to(lobe.weight * value, (3, shaded.size))
+            kind = shown_as(lobe.module)
+            if lobe.module.TRANSMITS and kind == GLOSSY:
+                through = dot(lobe.frame.normal, _part(sample.to_light, shaded.index)) < 0
+                total[ledger.TRANSMISSION - 1][:, columns] += value * through
+                value = value * ~through
+            total[ledger.lobe_of(kind) - 1][:, columns] += value
     total *= sample.gain
     total *= sample.light
     return total
@@ -272,7 +332,7 @@ def _part(array: Any, index: Index | None) -> Any:
     return array if index is None else array.take(index, axis=-1)
 
 
-def _starts(plan: Plan, to: Receiver, sample: Sample) -> Vec:
+def starts(plan: Plan, to: Receiver, sample: Sample) -> Vec:
     """Return where shadow rays (3, N) leave: on the light's side of surfaces it may shine through.
 
     Near the terminator of smooth surfaces they are raised.

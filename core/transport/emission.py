@@ -22,6 +22,7 @@ from ..plan import LampHulls, Plan
 from ..shading import Arrival, LampShaders
 from ..statistics import Tally
 from .arrival import at_lamps
+from .book import Apart, enter_glow, enter_lamps, enter_world, has_groups
 from .mis import power_weight
 from .radiance import Radiance, weigh
 from .state import Paths, Rays
@@ -68,7 +69,10 @@ def add_world(
         pdf = plan.environment.pdf(direction)
         pdf *= _samples_at(plan, paths.place.take(escaped))
         light = light * power_weight(paths.pdf.take(escaped), pdf)
-    _add(np.broadcast_to(light, (3, escaped.size)), paths, escaped, depth, radiance)
+    light = np.broadcast_to(light, (3, escaped.size))
+    kept = _add(light, paths, escaped, depth, radiance)
+    if radiance.sorts_light:
+        enter_world(plan, light * kept, paths, escaped, depth, radiance)
 
 
 def add_background(
@@ -109,7 +113,9 @@ def add_emission(
             index, light = index.take(glowing), light.take(glowing, axis=1)
         if plan.lights is not None and plan.lights.of_triangle is not None:
             light = light * _share(plan, plan.lights, paths, points, index, depth)
-        _add(light, paths, index, depth, radiance)
+        kept = _add(light, paths, index, depth, radiance)
+        if radiance.sorts_light:
+            enter_glow(plan, light * kept, paths, points, index, depth, radiance)
 
 
 def _share(
@@ -227,13 +233,19 @@ def add_lamps(
         take(paths.receiver, index),
         None if plan.lights.shaders is None else at_lamps(paths, depth).take(index),
     )
+    apart: Apart = [] if has_groups(plan, radiance) else None
     if plan.lamp_hulls is None:
-        light = _meet_all(plan, met_rays)
+        light = _meet_all(plan, met_rays, apart)
     else:
-        light = _meet_by_hulls(plan, plan.lamp_hulls, met_rays, tally)
+        light = _meet_by_hulls(plan, plan.lamp_hulls, met_rays, tally, apart)
     lit = np.flatnonzero(light.any(axis=0))
-    if lit.size:
-        _add(light.take(lit, axis=1), paths, index.take(lit), depth, radiance)
+    if not lit.size:
+        return
+    kept = _add(light.take(lit, axis=1), paths, index.take(lit), depth, radiance)
+    if radiance.sorts_light:
+        factor = np.ones(index.size, F32)
+        factor[lit] = kept
+        enter_lamps(plan, light * factor, apart, factor, paths, index, depth, radiance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,8 +318,13 @@ def _light_of(plan: Plan, lamps: LampGroup, rays: Crossing, light: int | Ids) ->
     return seen
 
 
-def _meet_all(plan: Plan, rays: Crossing, numbers: Iterable[int] | None = None) -> Vec:
-    """Return the light (3, N) of all lamps, or `numbers`, that rays cross; lamps do not block."""
+def _meet_all(
+    plan: Plan, rays: Crossing, apart: Apart, numbers: Iterable[int] | None = None
+) -> Vec:
+    """Return the light (3, N) of all lamps, or `numbers`, that rays cross; lamps do not block.
+
+    `apart` gets that of each lamp, if it is a list.
+    """
     lights = plan.lights
     assert lights is not None
     light = np.zeros(rays.direction.shape, F32)
@@ -315,17 +332,21 @@ def _meet_all(plan: Plan, rays: Crossing, numbers: Iterable[int] | None = None) 
         found = _light_of(plan, lights.single(number), rays, number)
         if found is not None:
             light += found
+            if apart is not None:
+                apart.append((number, None, found))
     return light
 
 
-def _meet_by_hulls(plan: Plan, lamp_hulls: LampHulls, rays: Crossing, tally: Tally) -> Vec:
+def _meet_by_hulls(
+    plan: Plan, lamp_hulls: LampHulls, rays: Crossing, tally: Tally, apart: Apart
+) -> Vec:
     """Return what `_meet_all` does, at a cost that does not grow with the number of lamps.
 
     Walks from hull to hull; a lamp counts where the ray leaves its hull, which it does once.
     """
     lights = plan.lights
     assert lights is not None
-    light = _meet_all(plan, rays, lights.distant)
+    light = _meet_all(plan, rays, apart, lights.distant)
     index = np.arange(rays.reach.size)
     start, direction = rays.origin, rays.direction
     for _ in range(MOST_CROSSINGS):
@@ -346,6 +367,8 @@ def _meet_by_hulls(plan: Plan, lamp_hulls: LampHulls, rays: Crossing, tally: Tal
             ray = index.take(leaving.take(where))
             seen = _light_of(plan, lamps, rays.take(ray), owner.take(where))
             if seen is not None:
+                if apart is not None:
+                    apart.append((owner.take(where), ray, seen))
                 for channel, value in zip(light, seen, strict=True):
                     channel[ray] += value
 
@@ -355,8 +378,10 @@ def _meet_by_hulls(plan: Plan, lamp_hulls: LampHulls, rays: Crossing, tally: Tal
     return light
 
 
-def _add(light: np.ndarray, paths: Paths, index: Index, depth: int, radiance: Radiance) -> None:
+def _add(
+    light: np.ndarray, paths: Paths, index: Index, depth: int, radiance: Radiance
+) -> Scalar | np.float32:
     # What a first bounce finds is still direct light, of a mesh or of the sky.
     is_direct = None if paths.total is None else paths.total.take(index) <= 1
     light = weigh(light, take(paths.throughput, index))
-    radiance.add(light, paths.slots(index), depth - 1, is_direct)
+    return radiance.add(light, paths.slots(index), depth - 1, is_direct)

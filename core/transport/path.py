@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import F32, Index, Scalar, Vec
+from ..film.cryptomatte import Seen
 from ..geometry import surface
 from ..geometry.accel import FAR, Hits
 from ..geometry.surface import Points
@@ -23,27 +24,37 @@ from .arrival import describe, retire
 from .catcher import Caught, catch, gather
 from .holdout import add_held_out, add_holdout, hold_out
 from .radiance import Radiance
+from .record import record
 from .scatter import NO_RAYS, pass_straight, scatter, splits_lobes
 from .state import Paths, Rays
 
 
 def trace(
     plan: Plan, rays: Rays, paths: Paths, draws: Draws, tally: Tally, stop: threading.Event
-) -> tuple[Vec | Scalar, ...]:
+) -> tuple[tuple[Vec | Scalar, ...], list[Seen]]:
     """Follow camera rays to their ends; return what the film's passes ask for, (rows, slots).
 
-    There may be fewer paths than slots; slots without one stay black and opaque (Cycles).
+    And, for cryptomattes, the parts of slots that were seen.  There may be fewer paths than slots;
+    slots without one stay black and opaque (Cycles).
     Unbiased but for the bounce limits and clamps of the settings.  Once `stop` is set it returns
     before the next bounce, with what must then not be used.
     """
     radiance = Radiance(
-        draws.key.size, plan.clamp_direct, plan.clamp_indirect, plan.has_alpha, plan.has_background
+        draws.key.size,
+        plan.clamp_direct,
+        plan.clamp_indirect,
+        plan.has_alpha,
+        plan.has_background,
+        plan.ledger,
     )
     start = rays, paths, draws
     if plan.alone is None:
         _follow(plan, *start, 0, radiance, tally, stop, None)
         light, holes, _ = radiance.fold()
-        return (light,) if holes is None else (light, F32(1) - holes)
+        found: tuple[Vec | Scalar, ...] = (light,)
+        if holes is not None:
+            found = light, F32(1) - holes
+        return _with_book(found, radiance), radiance.seen
 
     # What shadow catchers show goes on in two scenes.
     caught: list[Caught] = []
@@ -54,7 +65,11 @@ def trace(
                 scene, each.paths, each.points, each.draws, each.depth, light_there, tally
             )
             _follow(scene, *start, each.depth + 1, light_there, tally, stop, None)
-    return gather(radiance, caught)
+    return _with_book(gather(radiance, caught), radiance), radiance.seen
+
+
+def _with_book(found: tuple[Vec | Scalar, ...], radiance: Radiance) -> tuple[Vec | Scalar, ...]:
+    return found if radiance.book is None else (*found, radiance.book)
 
 
 def _follow(
@@ -70,6 +85,8 @@ def _follow(
 ) -> None:
     """Follow paths to their ends, or to shadow catchers if `caught` collects what meets them."""
     while rays.size and not stop.is_set():
+        if radiance.is_timed:
+            radiance.charge(paths.slots(np.arange(paths.size)))
         hits = _closest(plan, rays, paths, tally)  # rays -> hits
         found = np.flatnonzero(hits.triangle >= 0)
         emission.add_world(plan, rays, paths, hits, found, depth, radiance)
@@ -85,6 +102,8 @@ def _follow(
             caught += [] if some is None else [some]
         rays, paths, draws = _bounce(plan, paths, points, draws, depth, radiance, tally)
         depth += 1
+    if radiance.is_timed:
+        radiance.charge(None)
 
 
 def _bounce(
@@ -118,6 +137,9 @@ def _bounce(
             pieces += [] if piece is None else [piece]
     if not paths.size and not pieces:
         return NO_RAYS, paths, draws
+    if paths.size and radiance.book is not None:
+        arrival = describe(plan, paths, depth)
+        paths = record(plan, paths, points, arrival, draws, depth, radiance, tally)
 
     shaded: tuple[Shaded, ...] = ()
     if paths.size:

@@ -17,7 +17,8 @@ class Receiver:
     """N points that lights may shine on: their closures, slots (N,) or None, bounces before them.
 
     shaded counts its points within these.  arrival: how lamps see rays to them, None where no lamp
-    asks; passed (N,): transparent surfaces on the way to the points, None is 0.
+    asks; passed (N,): transparent surfaces on the way to the points, None is 0.  is_sorted: light
+    is wanted by lobe, of paths that were first scattered_by (N,), None is nothing yet.
     """
 
     points: Points
@@ -26,10 +27,14 @@ class Receiver:
     total: NDArray[np.int16] | None
     arrival: Arrival | None = None
     passed: NDArray[np.int16] | None = None
+    is_sorted: bool = False
+    scattered_by: NDArray[np.uint8] | None = None
 
     @property
     def only(self) -> LobeAt | None:
-        """The closure of all points, if it is one."""
+        """The closure of all points, if it is one; of light that is sorted it is among several."""
+        if self.is_sorted:
+            return None
         if len(self.shaded) == 1 and len(self.shaded[0].lobes) == 1:
             return self.shaded[0].lobes[0] if self.shaded[0].index is None else None
         return None
@@ -45,7 +50,7 @@ class Sample:
     rays from matte closures.  far: how many times to_light a shadow ray goes.  The rest is of the
     lights, one for all or (N,): seen_by, bits of the ray kinds; receivers and blockers, masks of
     light linking sets; casts_shadow.  item and part: which of the bounce's lights, and which of
-    how many of its samples this is.
+    how many of its samples this is; light_number: which of all lights, -1 is the world.
     """
 
     to_light: Vec
@@ -61,6 +66,7 @@ class Sample:
     casts_shadow: bool | NDArray[np.bool_] = True
     item: int = 0
     part: tuple[int, int] = (0, 1)
+    light_number: int | Ids = -1
 
     @cached_property
     def wi(self) -> Vec:

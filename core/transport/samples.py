@@ -36,7 +36,8 @@ def samples(plan: Plan, to: Receiver, draws: Draws, depth: int) -> Iterator[Samp
             lamp = lights.single(number)
             if to.total is not None or depth <= lamp.max_bounces[0]:
                 u, v = draws.pair(dimension(LIGHT, depth, number), to.slot, item, split)
-                yield replace(_of_lamp(plan, lamp, to, u, v, split), item=number, part=part)
+                sample = _of_lamp(plan, lamp, to, u, v, split)
+                yield replace(sample, item=number, part=part, light_number=number)
         if lights is not None and lights.chooses_at(depth):
             sample = _of_chosen(plan, lights, to, draws, depth, item, split)
             yield replace(sample, item=SAMPLED_EACH, part=part)
@@ -136,6 +137,7 @@ def _of_chosen(
         receivers,
         blockers if plan.links_shadows else EVERY_SET,
         True if casts_shadow.all() else casts_shadow,
+        light_number=chosen,
     )
 
 

@@ -22,8 +22,10 @@ from ..bsdf import (
     STRAIGHT,
     TRANSMISSION,
     sent_as,
+    shown_as,
     transparent,
 )
+from ..film import ledger
 from ..geometry.surface import Points
 from ..geometry.terminator import bump_shadow, shift
 from ..plan import Plan
@@ -417,7 +419,27 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
         total,
         passed,
         travelled,
+        _shown(plan, paths),
+        _lobe(plan, branch),
     )
+
+
+def _shown(plan: Plan, paths: Lazy) -> NDArray[np.bool_] | None:
+    """Return which paths have shown passes a surface, None where that never matters."""
+    if plan.ledger is None or not plan.has_transparent or not plan.ledger.looks_once:
+        return None
+    return np.zeros(paths.size, bool) if paths.shown is None else paths.shown
+
+
+def _lobe(plan: Plan, branch: Branch) -> NDArray[np.uint8] | None:
+    """Return what scattered paths first (N,), None where nobody asks."""
+    if plan.ledger is None or not plan.ledger.sorts_light:
+        return None
+    own = np.full(branch.direction.shape[1], ledger.lobe_of(shown_as(branch.module)), np.uint8)
+    if branch.through is not None and shown_as(branch.module) == GLOSSY:
+        own[np.flatnonzero(branch.through)] = ledger.TRANSMISSION
+    before = branch.paths.lobe
+    return own if before is None else np.where(before == ledger.UNSCATTERED, own, before)
 
 
 def _count(
@@ -466,6 +488,10 @@ def _straight(plan: Plan, branch: Branch, depth: int) -> Paths:
         kept(paths.total, np.zeros(size, np.int16)),
         passed,
         kept(paths.travelled, np.zeros(size, F32)) + points.distance,
+        _shown(plan, paths),
+        kept(paths.lobe, np.zeros(size, np.uint8))
+        if plan.ledger is not None and plan.ledger.sorts_light
+        else None,
     )
 
 

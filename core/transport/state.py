@@ -53,7 +53,9 @@ class Paths:
     pdf (N,) [1/sr]: the density of the direction, infinite where it was the only one; None where
     all are.  least_pdf (N,): the smallest pdf of the path so far, None where no closure asks.  The
     rest is None unless surfaces are transparent: total (N,) int16, all bounces, passed (N,)
-    int16, surfaces that were passed straight, travelled (N,) [m] since the last bounce.
+    int16, surfaces that were passed straight, travelled (N,) [m] since the last bounce; shown (N,)
+    bool: the passes that show one surface have had theirs.  lobe (N,) uint8: what scattered the
+    path first, see `film.ledger`, None where nobody asks.
     """
 
     size: int
@@ -69,6 +71,8 @@ class Paths:
     total: NDArray[np.int16] | None = None
     passed: NDArray[np.int16] | None = None
     travelled: Scalar | None = None
+    shown: NDArray[np.bool_] | None = None
+    lobe: NDArray[np.uint8] | None = None
 
     @property
     def kinds(self) -> NDArray[np.uint8]:
@@ -79,6 +83,13 @@ class Paths:
     def is_straight(self) -> NDArray[np.bool_]:
         """Whether (N,) the camera looks straight on, through what is transparent to the film."""
         return (self.kinds & np.uint8(CAMERA | CLEAR)) != 0
+
+    @property
+    def scattered_by(self) -> NDArray[np.uint8]:
+        """What scattered the paths first (N,), as far as passes know: not glass as good as none."""
+        if self.lobe is None:
+            return np.zeros(self.size, np.uint8)
+        return np.where(self.is_straight, np.uint8(0), self.lobe)
 
     def slots(self, index: Index) -> Index:
         """Return the slots of the paths at `index`."""

@@ -168,7 +168,7 @@ def test_instances_of_all_kinds_count_once_and_share_their_mesh(blender):
     assert triangles["Field"] == 12
     assert materials["Pebble"] == {("Stone",)}
     assert materials["Field"] == {("Painted",)}
-    assert materials["Leaf"] == {("Default",)}
+    assert materials["Leaf"] == {("default_surface",)}
 
 
 def shapes(edited):
@@ -319,9 +319,9 @@ def slots():
 
 def test_each_triangle_finds_the_material_of_its_slot(blender):
     one, two, three, world, default = blender(slots)
-    assert one["Data"] == ([0, 0, 1, 1, 2, 2, 2, 2], ["Red", "Default", "Blue"])
-    assert one["Linked"] == (one["Data"][0], ["Green", "Default", "Blue"])
-    assert one["Bare"] == (None, ["Default"])
+    assert one["Data"] == ([0, 0, 1, 1, 2, 2, 2, 2], ["Red", "default_surface", "Blue"])
+    assert one["Linked"] == (one["Data"][0], ["Green", "default_surface", "Blue"])
+    assert one["Bare"] == (None, ["default_surface"])
     index, materials = one["Beyond"]
     assert materials[index[0]] == "Red"
     assert (default.surface.kind, default.surface.inputs) == ("BsdfDiffuse", {"Color": (0.8,) * 3})
@@ -372,8 +372,9 @@ def asks_too_much():
     add("Strands", bpy.data.hair_curves.new("Strands"))
     add("Smoke", bpy.data.volumes.new("Smoke"))
     scene.render.use_motion_blur = True
-    bpy.context.view_layer.use_pass_normal = True
+    bpy.context.view_layer.use_pass_normal = True  # these two are drawn
     bpy.context.view_layer.aovs.add().name = "Extra"
+    bpy.context.view_layer.use_pass_vector = True
     add("Lamp", bpy.data.lights.new("Lamp", "POINT"))
     return [(note.owner, note.what) for note in exported()[0].notes]
 
@@ -388,7 +389,6 @@ def test_what_is_not_honoured_is_noted_once_by_name(blender):
             "Object 'Strands'",
             "Object 'Smoke'",
             "Render settings",
-            "View layer 'ViewLayer'",
             "View layer 'ViewLayer'",
         ]
     )

@@ -2,6 +2,7 @@
 
 import math
 
+from penumbra.core.film.passes import PASSES
 from penumbra.core.settings import OPTIONS
 
 
@@ -82,7 +83,10 @@ def draw_panels():
         def row(self):
             return Layout(self.shown)
 
-        def prop(self, data, name):
+        def grid_flow(self, **_):
+            return Layout(self.shown)
+
+        def prop(self, data, name, text=None):
             assert name in data.bl_rna.properties
             self.shown.append(name)
 
@@ -92,6 +96,7 @@ def draw_panels():
     penumbra.register()
     penumbra.register()
     scene = bpy.context.scene
+    layer = scene.view_layers[0]
     light = bpy.data.lights.new("Light", "AREA")
     camera = bpy.data.cameras.new("Camera")
     camera.type = "PANO"
@@ -100,7 +105,9 @@ def draw_panels():
         if "_PT_penumbra" in name:
             cls = getattr(bpy.types, name)
             ours, other = (
-                SimpleNamespace(engine=engine, scene=scene, light=light, camera=camera)
+                SimpleNamespace(
+                    engine=engine, scene=scene, view_layer=layer, light=light, camera=camera
+                )
                 for engine in ("PENUMBRA", "CYCLES")
             )
             assert cls.poll(ours)
@@ -115,6 +122,11 @@ def draw_panels():
 def test_panels_show_all_options_that_are_honoured_and_no_others(blender):
     found = blender(draw_panels)
     assert found.pop("DATA_PT_penumbra_light") == ["spread", "max_bounces"]
+    flags = [each.flag.removeprefix("own.") for each in PASSES if each.read is not None]
+    assert found.pop("VIEWLAYER_PT_penumbra_passes") == [
+        *dict.fromkeys(flags),
+        "pass_alpha_threshold",
+    ]
     assert found.pop("DATA_PT_penumbra_panorama") == [
         "panorama_type",
         "fisheye_lens",

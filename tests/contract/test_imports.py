@@ -14,6 +14,7 @@ from penumbra.tools.environment import ENVIRONMENTS, ROOT
 LAYERS = (
     "arrays",
     "pages",
+    "layer",
     "optics",
     "scene",
     "images",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from penumbra.core.film.film import PASSES, drop_not_finite, new_film, rows
+from penumbra.core.film.film import SUMS, drop_not_finite, new_film, rows
 
 
 def test_a_pixel_is_the_mean_of_its_samples_times_the_exposure():
@@ -17,7 +17,7 @@ def test_a_pixel_is_the_mean_of_its_samples_times_the_exposure():
 
 
 def test_pixels_without_samples_are_transparent_black():
-    for passes in (("combined",), ("combined", "alpha"), tuple(PASSES)):
+    for passes in (("combined",), ("combined", "alpha"), tuple(SUMS)[:6]):
         film = new_film(2, 1, passes)
         film.add(1, np.ones((rows(passes), 1)), 1)
         np.testing.assert_array_equal(film.combined(1.0)[0], [(0, 0, 0, 0), (1, 1, 1, 1)])

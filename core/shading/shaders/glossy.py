@@ -34,14 +34,12 @@ def _glossy(surface: Surface, node: Node, weight: Value) -> None:
         alphas = blurred(surface, rough.x), blurred(surface, rough.y)
         frame = {"normal": rough.axis.valid, "tangent": rough.tangent}
         surface.add("ashikhmin shirley", weight, *alphas, **frame)
+        surface.show("glossy", weight)
         return
-    share = None
-    if choice == "MULTI_GGX":
-        # The colour is also the facets': light that bounces between them is coloured again.
-        energy = kept_energy(rough, clamp(colour))
-        weight, share = weight * energy.factor, energy.share()
+    # The colour is also the facets': light that bounces between them is coloured again.
+    energy = kept_energy(rough, clamp(colour)) if choice == "MULTI_GGX" else None
     distribution = DISTRIBUTIONS.get(choice, "ggx")
-    add_reflection(surface, "unit", weight, rough, importance=share, distribution=distribution)
+    add_reflection(surface, "unit", weight, rough, distribution=distribution, energy=energy)
 
 
 def _stretched(surface: Surface, node: Node, rough: Roughness) -> Roughness:
@@ -90,13 +88,18 @@ def _metallic(surface: Surface, node: Node, weight: Value) -> None:
         share = step(
             albedo.estimated_albedo_f82, rough.mean, rough.axis.cosine, colour, kind=COLOUR
         )
-    if choice == "MULTI_GGX":
-        energy = kept_energy(rough, fss)
-        weight, share = weight * energy.factor, energy.share(share)
+    energy = kept_energy(rough, fss) if choice == "MULTI_GGX" else None
     if thickness.largest() > THIN_FILM:
         model, parameters = f"{model} film", (*parameters, thickness, film_index(surface, node))
     add_reflection(
-        surface, model, weight, rough, *parameters, importance=share, distribution=distribution
+        surface,
+        model,
+        weight,
+        rough,
+        *parameters,
+        importance=share,
+        distribution=distribution,
+        energy=energy,
     )
 
 
@@ -128,16 +131,17 @@ def _glass(surface: Surface, node: Node, weight: Value) -> None:
     ior = index_of(surface, node)
     colour = positive(graph.colour(node, "Color"))
     choice = graph.choice(node, "distribution", "MULTI_GGX")
-    kept = None
+    energy = None
     if choice == "MULTI_GGX" and not rough.is_smooth:
-        kept = kept_glass_energy(rough, ior, colour)
+        energy = kept_glass_energy(rough, ior, colour)
     f0 = normal_reflectance(ior)
     thickness = graph.number(node, "Thin Film Thickness")
     film: tuple[Value, ...] = ()
     if thickness.largest() > THIN_FILM:
         film = thickness, film_index(surface, node)
     distribution = DISTRIBUTIONS.get(choice, "ggx")
-    add_glass(surface, weight, rough, ior, f0, colour, colour, distribution, film, kept)
+    optics = ior, f0, colour, colour
+    add_glass(surface, weight, rough, *optics, distribution, film, energy)
 
 
 def _refraction(surface: Surface, node: Node, weight: Value) -> None:

@@ -61,6 +61,7 @@ def _sheen(surface: Surface, node: Node, weight: Value) -> None:
     roughness = clamp(graph.number(node, "Roughness", 0.5))
     if graph.choice(node, "distribution", "MICROFIBER") == "ASHIKHMIN":
         surface.add("velvet", weight, roughness, normal=normal)
+        surface.show("glossy", weight)
     else:
         add_sheen(surface, weight, roughness, normal)
 
@@ -85,6 +86,7 @@ def _toon(surface: Surface, node: Node, weight: Value) -> None:
     if not surface.rules.has_reflective_caustics:
         weight = weight * (1.0 - AFTER_MATTE)
     surface.add("toon glossy", weight, size, smooth, normal=normal and valid(normal))
+    surface.show("glossy", weight)
 
 
 def _subsurface(surface: Surface, node: Node, weight: Value) -> None:

@@ -61,16 +61,15 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
     metallic = clamp(graph.number(node, "Metallic"))
     if metallic.largest() > 0:
         b = step(fresnel.f82_b, clamped, clamp(tint))
-        metal = weight * metallic
+        energy = None
+        if is_multiple:
+            energy = kept_energy(rough, step(fresnel.f82_average, clamped, b))
         share = step(
             albedo.estimated_albedo_f82, rough.mean, rough.axis.cosine, clamped, kind=COLOUR
         )
-        if is_multiple:
-            energy = kept_energy(rough, step(fresnel.f82_average, clamped, b))
-            metal, share = metal * energy.factor, energy.share(share)
-        add_reflection(
-            surface, named("f82", film), metal, rough, clamped, b, *film, importance=share
-        )
+        optics = clamped, b, *film
+        metal = named("f82", film), weight * metallic, rough
+        add_reflection(surface, *metal, *optics, importance=share, energy=energy)
         weight = weight * (1.0 - metallic)
 
     # Glass
@@ -81,11 +80,12 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
             add_pane(surface, glass, smooth, ior, tint, clamped, film)
         else:
             root = step(np.sqrt, clamped)
-            kept = None
+            energy = None
             if is_multiple and not smooth.is_smooth:
-                kept = kept_glass_energy(smooth, ior, root)
+                energy = kept_glass_energy(smooth, ior, root)
             f0 = clamp(normal_reflectance(ior) * tint)
-            add_glass(surface, glass, smooth, ior, f0, WHITE, root, film=film, energy=kept)
+            optics = ior, f0, WHITE, root
+            add_glass(surface, glass, smooth, *optics, film=film, energy=energy)
         weight = weight * (1.0 - transmission)
 
     # The dielectric's reflection, and what it lets down to the base
@@ -140,8 +140,7 @@ def _coat(surface: Surface, node: Node, weight: Value, normal: Value | None) -> 
     own = weight * amount
     share = estimated(rough, ior, normal_reflectance(ior))
     energy = kept_energy(rough, step(fresnel.dielectric_average, ior))
-    seen = own * energy.factor
-    add_reflection(surface, "dielectric", seen, rough, ior, importance=energy.share(share))
+    add_reflection(surface, "dielectric", own, rough, ior, importance=share, energy=energy)
     below = step(albedo.layering, own * energy.darkening * share, weight, kind=COLOUR)
 
     # Light that goes down and up is coloured by the way it takes through the coat.
@@ -175,17 +174,16 @@ def _specular(
     if eta.is_exactly(1) and not film:
         return weight
     f0 = clamp(f0 * tint)
+    energy, darkening = None, WHITE
+    if is_multiple:
+        energy = kept_energy(rough, step(fresnel.remapped_average, eta, f0, kind=COLOUR))
+        darkening = energy.darkening
     if film:
         share = step(thin_film.film_remapped, rough.axis.cosine, eta, f0, *film, kind=COLOUR)
     else:
         share = estimated(rough, eta, f0)
-    own, darkening, importance = weight, WHITE, share
-    if is_multiple:
-        energy = kept_energy(rough, step(fresnel.remapped_average, eta, f0, kind=COLOUR))
-        own, darkening = weight * energy.factor, energy.darkening
-        importance = energy.share(share)
-    model = named("remapped", film)
-    add_reflection(surface, model, own, rough, eta, f0, *film, importance=importance)
+    layer = named("remapped", film), weight, rough
+    add_reflection(surface, *layer, eta, f0, *film, importance=share, energy=energy)
     return step(albedo.layering, weight * darkening * share, weight, kind=COLOUR)
 
 

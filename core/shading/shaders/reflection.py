@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf import albedo, fresnel, thin_wall
+from ...bsdf import albedo, fresnel, thin_film, thin_wall
 from ...scene import Node
 from ..inputs import AFTER_MATTE, BACK, BLUR, COSINE, FROM_CAMERA
 from ..normals import cosine_at, valid
@@ -78,11 +78,18 @@ def add_reflection(
     *parameters: Number,
     importance: Value | None = None,
     distribution: str = "ggx",
+    energy: Energy | None = None,
 ) -> None:
     """Add a reflecting lobe with a Fresnel model: smooth, isotropic or anisotropic.
 
-    Matte surfaces see none of it if reflective caustics are off; filter glossy widens it.
+    Matte surfaces see none of it if reflective caustics are off; filter glossy widens it.  energy:
+    what scattering between its facets adds.
     """
+    shown = weight if importance is None else weight * importance
+    surface.show("glossy", shown if energy is None else shown * energy.darkening)
+    if energy is not None:
+        weight = weight * energy.factor
+        importance = energy.share(1.0 if importance is None else importance)
     if not surface.rules.has_reflective_caustics:
         weight = weight * (1.0 - AFTER_MATTE)
     alphas: tuple[Value, ...] = ()
@@ -111,11 +118,15 @@ def add_glass(
     energy: Energy | None = None,
 ) -> None:
     """Add glass that reflects and refracts, seen from either side; film: thickness and index."""
+    shown = weight if energy is None else weight * energy.darkening
+    estimate = _glass_reflectance(rough, ior, f0, film)
+    surface.show("glossy", shown * estimate * reflection)
+    surface.show("transmission", shown * (1.0 - estimate) * transmission)
     if not surface.rules.has_reflective_caustics:
         reflection = reflection * (1.0 - AFTER_MATTE)
     if not surface.rules.has_refractive_caustics:
         transmission = transmission * (1.0 - AFTER_MATTE)
-    reflected = estimated(rough, ior, f0)
+    reflected = estimated(rough, ior, f0) if film else estimate
     share = reflected * reflection + (1.0 - reflected) * transmission
     if energy is not None:
         weight, share = weight * energy.factor, energy.share(share)
@@ -135,6 +146,20 @@ def add_glass(
         alpha = blurred(surface, rough.x)
         name, parameters = f"{distribution} {model}", (alpha, *parameters)
         surface.add(name, weight, *parameters, normal=rough.axis.valid, importance=share)
+
+
+def _glass_reflectance(rough: Roughness, ior: Value, f0: Value, film: tuple[Value, ...]) -> Value:
+    """Return about what share of light glass reflects."""
+    if film:
+        optics = relative_index(ior), f0, film[0], step(_film_index, film[1], ior, BACK)
+        return step(thin_film.film_remapped, rough.axis.cosine, *optics, kind=COLOUR)
+    return estimated(rough, ior, f0)
+
+
+def estimated(rough: Roughness, eta: Value, f0: Value) -> Value:
+    """Return about what share of light a dielectric reflects that starts at f0."""
+    args = rough.mean, rough.axis.cosine, eta, f0
+    return step(albedo.estimated_albedo_remapped, *args, kind=f0.kind)
 
 
 def add_pane(
@@ -158,10 +183,10 @@ def add_pane(
         kept = [1.0 - AFTER_MATTE * (0.0 if switch else 1.0) for switch in switches]
         reflected, passed = reflected * kept[0], passed * kept[1]
     energy = kept_energy(rough, tint)
-    mirrored = weight * reflected * energy.factor
-    add_reflection(surface, "unit", mirrored, rough, importance=energy.share())
+    add_reflection(surface, "unit", weight * reflected, rough, energy=energy)
     alpha = step(thin_wall.transmission_alpha, rough.x, ior)
     weight = weight * passed
+    surface.show("transmission", weight)
     if alpha.largest() <= np.sqrt(SMOOTH):
         # A surface for the camera; to other rays, those to lights too, it is not there (Cycles).
         surface.add("smooth thin", weight * FROM_CAMERA, normal=rough.axis.valid)
@@ -179,18 +204,13 @@ def add_refraction(
     """Add a lobe that refracts all light and reflects none."""
     if not surface.rules.has_refractive_caustics:
         weight = weight * (1.0 - AFTER_MATTE)
+    surface.show("transmission", weight)
     eta = relative_index(ior)
     if rough.is_smooth and not surface.rules.is_blurred:
         surface.add("smooth refraction", weight, eta, normal=rough.axis.valid)
     else:
         alpha = blurred(surface, rough.x)
         surface.add(f"{distribution} refraction", weight, alpha, eta, normal=rough.axis.valid)
-
-
-def estimated(rough: Roughness, eta: Value, f0: Value) -> Value:
-    """Return the share of light that a dielectric reflects, as Cycles estimates it."""
-    args = rough.mean, rough.axis.cosine, eta, f0
-    return step(albedo.estimated_albedo_remapped, *args, kind=f0.kind)
 
 
 def blurred(surface: Surface, alpha: Value) -> Value:
