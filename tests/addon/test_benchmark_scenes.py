@@ -14,7 +14,14 @@ CONTENT = {
     "many_emitters": ((150_000, 200_000), 100_000, 0),
     "hdri_object": ((30_000, 50_000), 0, 0),
     "emissive_mesh": ((10_000, 20_000), 9_684, 0),
+    "materials-constant": ((10_000, 20_000), 0, 1),
+    "materials-image": ((10_000, 20_000), 0, 1),
+    "materials-pbr": ((10_000, 20_000), 0, 1),
+    "materials-procedural": ((10_000, 20_000), 0, 1),
+    "materials-many": ((2_400, 2_400), 0, 1),
+    "materials-one": ((2_400, 2_400), 0, 1),
 }
+MATERIALS = {"materials-many": 200, "materials-one": 200}  # no less than these
 
 
 def build_and_count(name):
@@ -45,7 +52,8 @@ def build_and_count(name):
         for limit in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
     ]
     size = scene.render.resolution_x, scene.render.resolution_y
-    return triangles, glowing, lamps, same, size, scene.camera is not None
+    counts = triangles, glowing, lamps, len(bpy.data.materials)
+    return counts, same, size, scene.camera is not None
 
 
 def test_the_table_has_all_built_scenes():
@@ -55,9 +63,11 @@ def test_the_table_has_all_built_scenes():
 @pytest.mark.parametrize("name", BUILT)
 def test_a_built_scene_holds_what_is_promised(blender, name):
     (least, most), emitting, lights = CONTENT[name]
-    triangles, glowing, lamps, same, (width, height), has_camera = blender(build_and_count, name)
+    counts, same, (width, height), has_camera = blender(build_and_count, name)
+    triangles, glowing, lamps, materials = counts
     assert least <= triangles <= most
     assert (glowing, lamps) == (emitting, lights)
+    assert materials >= MATERIALS.get(name, 1)
     assert same == [12, 4, 4, 12] * 2, "both engines have Blender's own bounce limits"
     assert 50_000 <= width * height <= 130_000
     assert has_camera
