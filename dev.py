@@ -69,7 +69,8 @@ def test(argv: list[str]) -> int:
         name = f"Blender {each.blender}, Python {dotted(python.version)}"
         say(f"\n== {name} ==")
         start = time.monotonic()
-        code = _call(_command(interpreter, "pytest", argv), cwd=ROOT)
+        again = {"PENUMBRA_TESTED_ONCE": "1"} if lines else {}
+        code = _call(_command(interpreter, "pytest", argv), cwd=ROOT, env={**os.environ, **again})
         verdict = "passed" if code == 0 else f"FAILED (pytest's exit code {code})"
         lines.append(f"{name}: {verdict} in {time.monotonic() - start:.0f} s")
         worst = max(worst, min(code, 1))

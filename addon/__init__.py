@@ -3,9 +3,9 @@
 `MODULES` is the one list: each has a `register` and an `unregister` of its own.
 """
 
-from . import engine, properties, ui
+from . import adoption, engine, operators, panels, preferences, properties, ui, viewport
 
-MODULES = (properties, engine, ui)
+MODULES = (preferences, properties, viewport, engine, operators, ui, panels, adoption)
 
 
 def register() -> None:

@@ -18,10 +18,11 @@ from .. import __version__, core
 from ..core.film.cryptomatte import metadata as matte_metadata
 from ..core.scene import Cancelled, Note, Scene, SceneError
 from ..core.settings import Settings
-from . import report
+from . import report, viewport
 from .export import export_camera, export_scene, read_frame
 from .export.layers import blender_name, blender_passes, channel_type
-from .properties import read_settings
+from .preferences import limit_memory, thread_count
+from .properties import read_preview_settings, read_settings
 
 ENGINE = "PENUMBRA"
 
@@ -40,7 +41,7 @@ class PenumbraRenderEngine(bpy.types.RenderEngine):
 
     bl_idname = ENGINE
     bl_label = "Penumbra"
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_postprocess = True
     bl_use_eevee_viewport = True
     bl_use_custom_freestyle = False
@@ -66,6 +67,8 @@ class PenumbraRenderEngine(bpy.types.RenderEngine):
         finally:
             job.close()
 
+    _session: viewport.Session | None = None
+
     def update_render_passes(
         self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None
     ) -> None:
@@ -75,11 +78,22 @@ class PenumbraRenderEngine(bpy.types.RenderEngine):
             self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Say that the rendered viewport is still to come."""
-        self.update_stats("Penumbra", "Rendered viewport is not available yet; press F12")
+        """Something that the viewport shows has changed."""
+        if self._session is None:
+            self._session = viewport.open_session(self)
+        self._session.update(depsgraph)
 
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Draw nothing: see `view_update`."""
+        """Draw what there is of the rendered viewport; nothing is raised."""
+        if self._session is None:
+            self._session = viewport.open_session(self)
+        self._session.draw(self, context, depsgraph)
+
+    def __del__(self) -> None:
+        """Blender frees the engine: end its thread."""
+        if self._session is not None:
+            self._session.close()
+            self._session = None
 
 
 class _Job:
@@ -98,7 +112,8 @@ class _Job:
         engine, depsgraph = self.engine, self.depsgraph
         self.say("Reading the scene")
         start = perf_counter()
-        settings = read_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        read = read_preview_settings if engine.is_preview else read_settings
+        settings = limit_memory(read(depsgraph.scene_eval, depsgraph.view_layer_eval))
         views = [view.name for view in engine.get_result().views]
         scene = None
         for self.view in views:
@@ -122,14 +137,14 @@ class _Job:
         engine = self.engine
         plan = core.compile_plan(scene, settings, announce=self.say, should_stop=engine.test_break)
         render = self.depsgraph.scene_eval.render
-        threads = render.threads if render.threads_mode == "FIXED" else 0
         self.say("Sampling")
-        picture = core.render(plan, threads=threads, on_tick=_Ticker(self))
+        picture = core.render(plan, threads=thread_count(render), on_tick=_Ticker(self))
         self.write(picture)
         self.write_passes(picture)
         self.end()
         statistics = dict(picture.statistics, export_seconds=export_seconds)
-        self.tell(plan, picture, statistics, settings)
+        if not engine.is_preview:
+            self.tell(plan, picture, statistics, settings)
 
     def tell(self, plan: Any, picture: Any, statistics: dict[str, Any], settings: Settings) -> None:
         """Add to the report, to the picture's metadata and to Blender's info area."""
@@ -206,7 +221,10 @@ class _Job:
             self.end(cancel=True)
 
     def fail(self, message: str) -> None:
-        """Make Blender know that there is no picture."""
+        """Make Blender know that there is no picture; an icon without one is told to the log."""
+        if self.engine.is_preview:
+            _log.error("Preview: %s", message)
+            return
         report.errors.append(message)
         self.engine.error_set(message)
         self.engine.report({"ERROR"}, message)

@@ -4,22 +4,39 @@ Every datablock type that has settings of ours carries one group named `penumbra
 are Cycles' own wherever Cycles has the setting, so that scripts and habits carry over.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import bpy
 import numpy as np
 
-from ..core.settings import OPTIONS, Option, Settings
+from ..core.settings import OPTIONS, UNLIMITED, Option, Settings, replace
+
+listeners: list[Callable[[], None]] = []  # called when a setting of a scene is changed
+
+PREVIEW_SAMPLES, PREVIEW_BOUNCES = 32, 8  # of icons
 
 _INT_MAX = 2**31 - 1
 _FLOAT_MAX = 3.402823e38
 
 
+def _changed(group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    """Tell those who show the datablock: Blender does not, as it does not know what it means."""
+    owner = group.id_data
+    if isinstance(owner, bpy.types.Scene):
+        for listener in listeners:
+            listener()
+    else:
+        owner.update_tag()
+
+
 def _property(option: Option) -> Any:
     """Return the bpy.props definition of one option."""
-    texts: dict[str, Any] = {"name": option.label, "description": option.help}
-    if option.name in _CHANGE_PASSES:
-        texts["update"] = _update_passes
+    texts = {
+        "name": option.label,
+        "description": option.help,
+        "update": _update_passes if option.name in _CHANGE_PASSES else _changed,
+    }
     if option.choices:
         return bpy.props.EnumProperty(items=option.choices, default=option.default, **texts)
     if isinstance(option.default, bool):
@@ -38,6 +55,7 @@ def _property(option: Option) -> Any:
 
 def _update_passes(group: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     """Let the sockets of Render Layers nodes follow the passes of a changed view layer."""
+    _changed(group, context)
     if context.view_layer is not None:
         context.view_layer.update_render_passes()
 
@@ -51,6 +69,8 @@ _LIGHT_BOUNCES = Option(
     maximum=1024,
 )
 
+# What the viewport does, beside the options of a render
+VIEWPORT = (Option("preview_pause", False, "Pause", "Pause the refinement of rendered viewports"),)
 _LAYER = (
     Option(
         "use_denoising",
@@ -89,7 +109,7 @@ _CHANGE_PASSES = {option.name for option in _LAYER}
 
 # (owner, name of the group's class, its options)
 GROUPS: tuple[tuple[Any, str, tuple[Option, ...]], ...] = (
-    (bpy.types.Scene, "PenumbraSceneSettings", OPTIONS),
+    (bpy.types.Scene, "PenumbraSceneSettings", OPTIONS + VIEWPORT),
     (bpy.types.Object, "PenumbraObjectSettings", ()),
     (bpy.types.Light, "PenumbraLightSettings", (_LIGHT_BOUNCES,)),
     (bpy.types.Material, "PenumbraMaterialSettings", ()),
@@ -120,12 +140,38 @@ def unregister() -> None:
 
 
 def read_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Settings:
-    """Return the settings of a scene; a view layer's own sample count wins, as in Cycles."""
-    group = scene.penumbra
-    values = {option.name: _exact(getattr(group, option.name)) for option in OPTIONS}
+    """Return the settings of a scene: ours where they were set, else Cycles'.
+
+    A view layer's own sample count wins, as in Cycles.
+    """
+    values = {option.name: _exact(read_option(scene, option.name)) for option in OPTIONS}
     if view_layer.samples > 0:
         values["samples"] = view_layer.samples
     return Settings(**values)
+
+
+def read_viewport_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Settings:
+    """Return the settings of a scene for the viewport: all samples, or what the preview has."""
+    settings = read_settings(scene, view_layer)
+    return replace(
+        settings,
+        samples=settings.preview_samples or UNLIMITED,
+        use_sample_subset=False,
+        time_limit=0.0,
+        use_adaptive_sampling=False,
+        use_denoising=False,
+    )
+
+
+def read_preview_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Settings:
+    """Return settings for the icon of a material, light or world, which is small and soon there."""
+    del scene, view_layer  # Blender's own, which nobody can set
+    return Settings(
+        samples=PREVIEW_SAMPLES,
+        max_bounces=PREVIEW_BOUNCES,
+        use_adaptive_sampling=False,
+        use_denoising=False,
+    )
 
 
 def read_max_bounces(datablock: bpy.types.ID) -> int:
@@ -136,20 +182,28 @@ def read_max_bounces(datablock: bpy.types.ID) -> int:
     return cycles.max_bounces
 
 
-def adopt_cycles(scene: bpy.types.Scene) -> list[str]:
+def adopt_cycles(scene: bpy.types.Scene, again: bool = False) -> list[str]:
     """Copy the settings that Cycles has too, where ours were never set; return their names.
 
-    Nothing happens without the Cycles add-on, which is what keeps those values readable.
+    With `again`, those that were set as well.  Nothing happens without the Cycles add-on, which is
+    what keeps those values readable.
     """
     owners = [(scene, OPTIONS), *((layer, _LAYER) for layer in scene.view_layers)]
     names = []
     for owner, options in owners:
         cycles, ours = getattr(owner, "cycles", None), owner.penumbra
         for name in (option.name for option in options):
-            if hasattr(cycles, name) and not ours.is_property_set(name):
+            if hasattr(cycles, name) and (again or not ours.is_property_set(name)):
                 setattr(ours, name, getattr(cycles, name))
                 names.append(name)
     return names
+
+
+def read_option(owner: bpy.types.Scene | bpy.types.ViewLayer, name: str) -> Any:
+    """Return a setting of ours; Cycles' own one where ours was never set."""
+    cycles, ours = getattr(owner, "cycles", None), owner.penumbra
+    follow = hasattr(cycles, name) and not ours.is_property_set(name)
+    return getattr(cycles if follow else ours, name)
 
 
 def _exact(value: Any) -> Any:

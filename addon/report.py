@@ -39,6 +39,11 @@ def as_rows(notes: Sequence[Note]) -> list[dict[str, str]]:
     return [{"owner": note.owner, "what": note.what} for note in notes]
 
 
+def latest_rows() -> list[dict[str, str]]:
+    """Return what the last frame does not honour, in the form of the JSON report."""
+    return list(frames[-1]["not_honoured"]) if frames else []
+
+
 def metadata(entry: dict[str, Any], version: str, seed: int, offset: int) -> dict[str, str]:
     """Return the fields of the picture file for an entry of `frames`.
 

@@ -7,14 +7,12 @@ what we honour.
 """
 
 from collections.abc import Iterator
-from typing import ClassVar
 
 import bpy
 
 from ..core.film.passes import PASSES
 from ..core.settings import OPTIONS
 from .engine import ENGINE
-from .properties import adopt_cycles
 
 # Label, options in the order they are shown; "render:" marks Blender's own render settings
 PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -70,7 +68,16 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "film_transparent_roughness",
         ),
     ),
-    ("Performance", ("render:threads_mode", "render:threads", "instance_memory", "texture_memory")),
+    (
+        "Performance",
+        (
+            "render:threads_mode",
+            "render:threads",
+            "instance_memory",
+            "texture_memory",
+            "render:preview_pixel_size",
+        ),
+    ),
 )
 
 # option -> is it of any use with these settings?
@@ -91,13 +98,13 @@ ACTIVE = {
 
 DECLINED = {
     "DATA_PT_light",  # DATA_PT_EEVEE_light shows the same and more
-    "DATA_PT_preview",
     "DATA_PT_curves_surface",
     "DATA_PT_volume_render",
     "EEVEE_MATERIAL_PT_viewport_settings",
     "NODE_DATA_PT_light",
 }
 BORROWED = {
+    "MATERIAL_PT_preview",
     "DATA_PT_EEVEE_light",
     "DATA_PT_camera_dof",
     "DATA_PT_camera_dof_aperture",
@@ -144,7 +151,7 @@ def _draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
             row.active = ACTIVE.get(name, lambda *_: True)(settings, render)
             row.prop(render if owner == "render" else settings, name)
     if self.options[0] == "samples":
-        layout.operator(PENUMBRA_OT_adopt_cycles.bl_idname)
+        layout.operator("penumbra.adopt_cycles")
 
 
 def _poll(cls: type, context: bpy.types.Context) -> bool:
@@ -167,46 +174,12 @@ def _panel(label: str, options: tuple[str, ...]) -> type:
     return type(name, (bpy.types.Panel,), body)
 
 
-class PENUMBRA_OT_adopt_cycles(bpy.types.Operator):
-    """Take over the scene's settings for Cycles."""
-
-    bl_idname = "penumbra.adopt_cycles"
-    bl_label = "Copy from Cycles"
-    bl_description = "Copy the scene's settings for Cycles, except where this engine's are set"
-    bl_options: ClassVar = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Are there settings to read?"""
-        return hasattr(context.scene, "cycles")
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Copy, and say how many."""
-        names = adopt_cycles(context.scene)
-        self.report({"INFO"}, f"{len(names)} settings copied from Cycles")
-        return {"FINISHED"}
-
-
-class DATA_PT_penumbra_light(bpy.types.Panel):
-    """What Blender's light panel does not show and we honour."""
-
-    bl_label = "Light Paths"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "data"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Is it a light, and our engine?"""
-        return context.engine == ENGINE and context.light is not None
-
-    def draw(self, context: bpy.types.Context) -> None:
-        """Show the settings."""
-        layout, light = self.layout, context.light
-        layout.use_property_split = True
-        if light.type == "AREA":
-            layout.prop(light, "spread")
-        layout.prop(light.penumbra, "max_bounces")
+def _draw_pause(self: bpy.types.Header, context: bpy.types.Context) -> None:
+    """Show the button that pauses, in the header of a rendered viewport, as with Cycles."""
+    if context.engine == ENGINE and context.space_data.shading.type == "RENDERED":
+        settings = context.scene.penumbra
+        icon = "PLAY" if settings.preview_pause else "PAUSE"
+        self.layout.prop(settings, "preview_pause", icon=icon, text="")
 
 
 class VIEWLAYER_PT_penumbra_passes(bpy.types.Panel):
@@ -276,17 +249,19 @@ def _welcome(panel: type) -> bool:
 def register() -> None:
     """Register our panels and opt in to Blender's."""
     panels = [_panel(*row) for row in PANELS]
-    own = DATA_PT_penumbra_light, DATA_PT_penumbra_panorama, VIEWLAYER_PT_penumbra_passes
-    for cls in (PENUMBRA_OT_adopt_cycles, *panels, *own):
+    own = DATA_PT_penumbra_panorama, VIEWLAYER_PT_penumbra_passes
+    for cls in (*panels, *own):
         bpy.utils.register_class(cls)
         _registered.append(cls)
     for panel in _subclasses(bpy.types.Panel):
         if _welcome(panel):
             panel.COMPAT_ENGINES.add(ENGINE)
+    bpy.types.VIEW3D_HT_header.append(_draw_pause)
 
 
 def unregister() -> None:
     """Remove our panels, and our name from Blender's."""
+    bpy.types.VIEW3D_HT_header.remove(_draw_pause)
     while _registered:
         bpy.utils.unregister_class(_registered.pop())
     for panel in _subclasses(bpy.types.Panel):

@@ -4,9 +4,10 @@ The plan is frozen and read by all worker threads.  Absent is None, tested once 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
 from .geometry.view import View, compile_view
 from .images.store import side_that_fits
+from .kept import KEEP_NOTHING, Kept
 from .lights import Emitters, Hulls, Lights, compile_hulls, compile_lights, ray_mask
 from .lights.environment import Environment, compile_environment
 from .optics import panoramas
@@ -33,6 +35,7 @@ from .scene import (
     REST,
     Camera,
     Cancelled,
+    Instance,
     Lamp,
     Link,
     Material,
@@ -46,6 +49,7 @@ from .shading import (
     Library,
     Place,
     Rules,
+    Surface,
     SurfaceTable,
     WorldShader,
     compile_surface,
@@ -212,9 +216,14 @@ def compile_plan(
     settings: Settings,
     announce: Callable[[str], None] = lambda text: None,
     should_stop: Callable[[], bool] = lambda: False,
+    kept: Kept = KEEP_NOTHING,
+    origin: NDArray[np.float64] | None = None,
+    hits_expected: float | None = None,
 ) -> Plan:
     """Compile a scene; `announce` is told what begins, `should_stop` asked between steps.
 
+    `kept` has the steps of an earlier plan; origin (3,) [m] is the local one, None is the place
+    nearest to the camera; hits_expected: for how many hits tables pay, None is all samples.
     Raises: SceneError that names the culprit; Cancelled.
     """
     started = perf_counter()
@@ -222,11 +231,15 @@ def compile_plan(
     _check_pattern(settings)
 
     # Surfaces: a column for each material that occurs.
-    library = Library(_image_side(scene, settings, notes))
+    side, image_notes = _image_side(scene, settings, kept)
+    library = kept.step("library", (side,), lambda: Library(side))
+    library.renew()
+    notes += image_notes
     outputs = wanted(scene.layer)
     denoising = _denoising(scene, settings, notes)
     guides = () if denoising is None else denoising.guides
-    materials, surfaces = _compile_surfaces(scene, settings, notes, library, guides)
+    materials, surfaces, surface_notes = _compile_surfaces(scene, settings, kept, library, guides)
+    notes += surface_notes
     has_passes = bool(outputs or scene.layer.mattes or guides)
     if "UV" in scene.layer.passes:
         asked = surfaces.attributes | {(ACTIVE_UV, VECTOR), (ACTIVE_UV, OPACITY)}
@@ -240,58 +253,86 @@ def compile_plan(
 
     # Geometry, about an origin near the camera, where rounding shows.
     announce("Flattening instances")
-    box = bounds(scene.instances)
-    origin = scene.camera.to_world[:, 3]
+    box = kept.step("box", (scene.instances,), lambda: bounds(scene.instances))
+    origin = scene.camera.to_world[:, 3] if origin is None else origin
     if box is not None:
         origin = np.clip(origin, box[0], box[1])
-    instances = displace(scene.instances, origin, library, notes, should_stop)
+    instances, moved_notes = _displaced(scene.instances, origin, library, kept, should_stop)
+    notes += moved_notes
     if instances is not scene.instances:
-        scene, box = replace(scene, instances=instances), bounds(instances)
+        scene = replace(scene, instances=instances)
+        box = kept.step("displaced box", (instances,), lambda: bounds(instances))
         if surfaces.reads_spaces:
-            surfaces = surfaces.asking((REST, VECTOR))
-    hits = _hits_expected(scene, settings)
+            plain = surfaces
+            surfaces = kept.step("asking", (plain,), lambda: plain.asking((REST, VECTOR)))
+    hits = _hits_expected(scene, settings) if hits_expected is None else hits_expected
     lamps, emissions, lamp_notes = fold_lamps(scene.lamps, library)
     notes += lamp_notes
     masks = [(lamp.receivers, lamp.blockers) for lamp in lamps]
     masks += [(instance.receivers, instance.blockers) for instance in scene.instances]
     links_lights = any(receivers != EVERY_SET for receivers, _ in masks)
     links_shadows = any(blockers != EVERY_SET for _, blockers in masks)
-    triangles, broken = compile_triangles(
-        scene.instances,
-        numbers,
-        origin,
-        settings.instance_memory * 2**30,
-        hits,
-        should_stop,
-        transparent,
-        links_shadows,
-        links_lights or surfaces.reads_spaces or bool(surfaces.attributes) or has_passes,
-        bool(surfaces.attributes),
+    is_mapped = bool(surfaces.attributes)
+    is_numbered = links_lights or surfaces.reads_spaces or is_mapped or has_passes
+    triangles, broken = kept.step(
+        "triangles",
+        (
+            _shapes(scene.instances, numbers, kept),
+            origin.tobytes(),
+            settings.instance_memory,
+            hits > sum(len(instance.mesh.triangles) for instance in scene.instances),
+            transparent,
+            links_shadows,
+            is_numbered,
+            is_mapped,
+        ),
+        lambda: compile_triangles(
+            scene.instances,
+            numbers,
+            origin,
+            settings.instance_memory * 2**30,
+            hits,
+            should_stop,
+            transparent,
+            links_shadows,
+            is_numbered,
+            is_mapped,
+        ),
     )
     notes += broken
     spaces = compile_spaces(scene.instances, origin) if surfaces.reads_spaces else None
     attributes: Attributes = {}
     if triangles is not None and surfaces.attributes:
         announce("Sorting attributes")
-        attributes = compile_attributes(scene.instances, surfaces.attributes, triangles)
+        attributes = kept.step(
+            "attributes",
+            (scene.instances, surfaces.attributes, triangles),
+            lambda: compile_attributes(scene.instances, surfaces.attributes, triangles),
+        )
     camera = compile_camera(scene.camera, settings, origin, box)
     view = compile_view(scene.camera, origin)
     spread = _spread(scene.camera, view)
     if scene.camera.projection == "PERSP" and camera.near == 0:
         view = replace(view, clip=F32(scene.camera.clip_start))
     place = Place(origin.astype(F32)[:, None], spaces, view, triangles, spread, attributes)
-    surfaces = replace(surfaces, place=place)
+    surfaces_alone, surfaces = surfaces, replace(surfaces, place=place)
     if surfaces.blurred is not None:
         surfaces = replace(surfaces, blurred=replace(surfaces.blurred, place=place))
     if should_stop():
         raise Cancelled
     announce(f"Building Embree's tree for {triangles.count if triangles else 0} triangles")
     is_quick = triangles is not None and hits < QUICK_BUILD * triangles.count
-    accel, build_seconds = compile_accel(triangles, is_quick, should_stop)
+    accel, build_seconds = kept.step(
+        "accel", (triangles, is_quick), lambda: compile_accel(triangles, is_quick, should_stop)
+    )
 
     # Light.
-    emitters = _compile_emitters(triangles, materials, surfaces)
-    lights = compile_lights(lamps, origin, triangles, emitters, emissions)
+    def light() -> tuple[Emitters | None, Lights | None]:
+        emitters = _compile_emitters(triangles, materials, surfaces)
+        return emitters, compile_lights(lamps, origin, triangles, emitters, emissions)
+
+    made_from = scene.lamps, origin.tobytes(), triangles, surfaces_alone
+    emitters, lights = kept.step("lights", made_from, light)
     world, world_notes = compile_world(scene.world, place, library)
     notes += world_notes
     lamps_seen_by = _lamps_seen_by(lamps, lights, surfaces)
@@ -300,7 +341,11 @@ def compile_plan(
     meets |= world_seen_by
     if surfaces.glows.any():
         meets = EVERY_KIND
-    environment = _compile_environment(scene, world)
+    environment = kept.step(
+        "environment",
+        (scene.world, origin.tobytes()),
+        lambda: _compile_environment(scene, world),
+    )
     blur_glossy = settings.blur_glossy if surfaces.blurred is not None else 0.0
 
     # What the film takes for transparent.
@@ -369,7 +414,11 @@ def compile_plan(
         accel=accel,
         surfaces=surfaces,
         lights=lights,
-        lamp_hulls=_compile_hulls(lights, lamps_seen_by, origin, should_stop),
+        lamp_hulls=kept.step(
+            "hulls",
+            (lights, lamps_seen_by, origin.tobytes()),
+            lambda: _compile_hulls(lights, lamps_seen_by, origin, should_stop),
+        ),
         world=world,
         environment=environment,
         world_seen_by=world_seen_by,
@@ -456,13 +505,9 @@ def _hits_expected(scene: Scene, settings: Settings) -> float:
 
 
 def _compile_surfaces(
-    scene: Scene,
-    settings: Settings,
-    notes: list[Note],
-    library: Library,
-    guides: tuple[str, ...],
-) -> tuple[list[Material | None], SurfaceTable]:
-    """Return the materials that occur, once each, and their surfaces in this order."""
+    scene: Scene, settings: Settings, kept: Kept, library: Library, guides: tuple[str, ...]
+) -> tuple[list[Material | None], SurfaceTable, list[Note]]:
+    """Return the materials that occur, once each, their surfaces in this order, and notes."""
     found = {id(m): m for instance in scene.instances for m in instance.materials or (None,)}
     materials = list(found.values())
     rules = Rules(
@@ -470,26 +515,82 @@ def _compile_surfaces(
         has_refractive_caustics=settings.caustics_refractive,
         shown=surface_facts(scene.layer, guides),
     )
-    surfaces = [compile_surface(_owner(m), m, rules, library) for m in materials]
-    for surface in surfaces:
-        notes += surface.notes
-    table = compile_table(surfaces, rules.shown)
-    if settings.blur_glossy > 0 and table.has_specular:
-        # A second table, of what paths see that filter glossy blurs.
-        rules = replace(rules, is_blurred=True, shown=())
-        blurred = [compile_surface(_owner(m), m, rules, library) for m in materials]
-        table = replace(table, blurred=compile_table(blurred))
-    return materials, table
+
+    def surfaces(name: str, rules: Rules) -> list[Surface]:
+        return kept.each(
+            name,
+            [(material, rules, library) for material in materials],
+            lambda key: compile_surface(_owner(key[0]), *key),
+        )
+
+    def table() -> tuple[SurfaceTable, list[Note]]:
+        plain = surfaces("surfaces", rules)
+        table = compile_table(plain, rules.shown)
+        if settings.blur_glossy > 0 and table.has_specular:
+            # A second table, of what paths see that filter glossy blurs.
+            blurred = surfaces("blurred surfaces", replace(rules, is_blurred=True, shown=()))
+            table = replace(table, blurred=compile_table(blurred))
+        return table, [note for surface in plain for note in surface.notes]
+
+    made_from = tuple(materials), rules, settings.blur_glossy > 0, library
+    return materials, *kept.step("surface table", made_from, table)
 
 
-def _image_side(scene: Scene, settings: Settings, notes: list[Note]) -> int:
-    """Return what the sides of images are limited to, so that they fit the memory; 0: nothing."""
+# Fields of instances that triangles do not depend on
+_NOT_SHAPES = {"name", "label", "attributes", "mesh", "to_world", "materials"}
+
+
+def _shapes(
+    instances: tuple[Instance, ...], numbers: dict[int, int], kept: Kept
+) -> list[tuple[Any, ...]]:
+    """Return all that the table of triangles is made from, of each instance."""
+    if kept is KEEP_NOTHING:
+        return []
+    names = [field.name for field in fields(Instance) if field.name not in _NOT_SHAPES]
+
+    def shape(instance: Instance) -> tuple[Any, ...]:
+        materials = tuple(numbers[id(material)] for material in instance.materials or (None,))
+        rest = tuple(getattr(instance, name) for name in names)
+        return instance.mesh, instance.to_world.tobytes(), materials, *rest
+
+    made_from = instances, tuple(numbers.items())
+    return kept.step("shapes", made_from, lambda: [shape(instance) for instance in instances])
+
+
+def _image_side(scene: Scene, settings: Settings, kept: Kept) -> tuple[int, list[Note]]:
+    """Return what the sides of images are limited to, so that they fit the memory; 0: nothing.
+
+    And notes that name those that will be smaller.
+    """
     materials = {id(m): m for i in scene.instances for m in i.materials if m is not None}
-    roots = [output_of(material) for material in materials.values()]
-    roots += [Node("Output", "", {"Surface": Link(each.surface, "Surface")})
-              for each in (scene.world, *scene.lamps) if each and each.surface]  # fmt: skip
-    sources = [source for root in roots for source in images_below(root)]
-    return side_that_fits(sources, settings.texture_memory * 2**30, notes) if sources else 0
+    glows = tuple(each.surface for each in (scene.world, *scene.lamps) if each and each.surface)
+
+    def side() -> tuple[int, list[Note]]:
+        notes: list[Note] = []
+        roots = [output_of(material) for material in materials.values()]
+        roots += [Node("Output", "", {"Surface": Link(glow, "Surface")}) for glow in glows]
+        sources = [source for root in roots for source in images_below(root)]
+        memory = settings.texture_memory * 2**30
+        return (side_that_fits(sources, memory, notes) if sources else 0), notes
+
+    made_from = tuple(materials.values()), glows, settings.texture_memory
+    return kept.step("image side", made_from, side)
+
+
+def _displaced(
+    instances: tuple[Instance, ...],
+    origin: NDArray[np.float64],
+    library: Library,
+    kept: Kept,
+    should_stop: Callable[[], bool],
+) -> tuple[tuple[Instance, ...], list[Note]]:
+    """Return instances whose meshes are displaced where materials ask for it, and notes."""
+
+    def moved() -> tuple[tuple[Instance, ...], list[Note]]:
+        notes: list[Note] = []
+        return displace(instances, origin, library, notes, should_stop), notes
+
+    return kept.step("displaced", (instances, origin.tobytes(), library), moved)
 
 
 def _compile_environment(scene: Scene, world: WorldShader | None) -> Environment | None:

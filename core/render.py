@@ -158,10 +158,12 @@ def render(
     plan: Plan,
     threads: int = 0,
     on_tick: Callable[[Progress], bool | None] | None = None,
+    stop: threading.Event | None = None,
 ) -> Picture:
     """Sample a plan; `on_tick` is called every 50 ms on the caller's thread, True stops.
 
-    threads = 0 uses all cores.  A stopped render keeps what it has.
+    threads = 0 uses all cores.  `stop` stops from another thread, at once; it is set when this
+    one has stopped.  A stopped render keeps what it has.
     """
     start = perf_counter()
     keep_pages()
@@ -171,7 +173,7 @@ def render(
     work = (plan.samples[1] - plan.samples[0]) * pixels
     workers = threads or os.cpu_count() or 1
     total = Tally()
-    stop = threading.Event()
+    stop = stop or threading.Event()
     queue: deque[tuple[Batch, Future[Sums]]] = deque()
     batches = _batches(plan)
     timed_out = False

@@ -77,7 +77,6 @@ class Settings:
         "Number of samples in the viewport, unlimited if 0",
         minimum=0,
         maximum=UNLIMITED,
-        awaits="the rendered viewport",
     )
     pattern: str = _option(
         "SOBOL", "Pattern", "How the samples of a pixel are spread", choices=PATTERNS

@@ -15,19 +15,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.layer import Layer
-from ...core.scene import ACTIVE_UV, Cancelled, Instance, Lamp, Material, Mesh, Note, Scene
+from ...core.scene import (
+    ACTIVE_UV,
+    Camera,
+    Cancelled,
+    Instance,
+    Lamp,
+    Material,
+    Mesh,
+    Note,
+    Scene,
+    World,
+)
 from ...core.shading.attributes import attributes_wanted
 from .attributes import export_properties
 from .geometry import export_mesh
 from .images import Images
+from .known import Known
 from .labels import read_label
 from .layers import export_layer, layer_notes, layer_world
 from .lights import Light, export_world, place_lamp, read_light
 from .materials import export_material
 from .view import Frame, export_camera, read_frame
+from .viewport import EVERYTHING, Viewport
 from .visibility import read_flags, read_light_flags, read_links
 
-__all__ = ["Frame", "export_camera", "export_scene", "read_frame"]
+__all__ = ["Frame", "Known", "export_camera", "export_content", "export_scene", "read_frame"]
 
 LIGHT_ONLY = Layer()
 _POLLED = 256  # instances between two looks at the Escape key
@@ -50,22 +63,38 @@ def export_scene(
     """
     notes: list[Note] = []
     camera = export_camera(engine, depsgraph, frame, notes)
+    return export_content(depsgraph, camera, notes, should_stop)
+
+
+def export_content(
+    depsgraph: bpy.types.Depsgraph,
+    camera: Camera,
+    notes: list[Note],
+    should_stop: Callable[[], bool] = lambda: False,
+    known: Known | None = None,
+    view: Viewport = EVERYTHING,
+) -> Scene:
+    """Return what `camera` sees; `notes` are those on it.
+
+    `known` are meshes, materials and images of an earlier export; `view` is what a viewport hides.
+    Raises: SceneError that names the culprit; Cancelled if `should_stop` says so.
+    """
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     notes.extend(layer_notes(view_layer))
     if scene.render.use_motion_blur and view_layer.use_motion_blur:
         notes.append(Note("Render settings", "motion blur is not honoured: everything is still"))
-    layer = export_layer(scene, view_layer)
-    content = _Content(depsgraph, notes, layer)
+    # Viewports show light, whatever passes a picture has.
+    layer = export_layer(scene, view_layer) if view.space is None else LIGHT_ONLY
+    content = _Content(depsgraph, notes, known or Known(), view, layer)
     for count, item in enumerate(depsgraph.object_instances):
         if count % _POLLED == 0 and should_stop():
             raise Cancelled
         content.add(item)
-    world = layer_world(scene, view_layer)
     return Scene(
         camera=camera,
         instances=tuple(content.instances),
         lamps=tuple(content.lamps),
-        world=export_world(world, notes, content.images) if view_layer.use_sky else None,
+        world=content.world(scene, view_layer),
         film_transparent=scene.render.film_transparent,
         frame=scene.frame_current,
         layer=layer,
@@ -90,7 +119,12 @@ class _Content:
     """
 
     def __init__(
-        self, depsgraph: bpy.types.Depsgraph, notes: list[Note], layer: Layer = LIGHT_ONLY
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        notes: list[Note],
+        known: Known,
+        view: Viewport,
+        layer: Layer = LIGHT_ONLY,
     ) -> None:
         view_layer = self.view_layer = depsgraph.view_layer_eval
         self.links = read_links(depsgraph)
@@ -100,7 +134,8 @@ class _Content:
         self.override = view_layer.material_override
         self.notes = notes
         self.scene = depsgraph.scene_eval
-        self.images = Images(notes, depsgraph.scene_eval)
+        self.images = Images(notes, depsgraph.scene_eval, known, view.space is not None)
+        self.known, self.view = known, view
         self.meshes: dict[tuple[int, frozenset[str]], Mesh] = {}
         self.materials: dict[int, Material] = {}
         self.shown: dict[tuple[int, int, int], _Shown | None] = {}
@@ -117,12 +152,14 @@ class _Content:
         if item.is_instance:
             source, parent = item.instance_object or object, item.parent
         address, made_by = source.as_pointer(), parent.as_pointer() if parent else 0
+        if not self.view.shows(parent or source):
+            return
         if address not in self.noted:
             self.noted.add(address)
             self.notes.extend(_object_notes(source))
         if kind in _NOT_RENDERED:
             self.notes.append(Note(f"Object '{object.name}'", _NOT_RENDERED[kind]))
-        elif kind == "LIGHT" and item.show_self:
+        elif kind == "LIGHT" and item.show_self and self.view.has_lights:
             if (address, made_by) not in self.lights:
                 self.lights[address, made_by] = self.read_light(object, parent)
             light = self.lights[address, made_by]
@@ -142,11 +179,15 @@ class _Content:
 
     def read_light(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> Light | None:
         """Return what all instances have in common that `parent` makes of a light object."""
-        light = read_light(object, self.notes, self.images)
+        light = self.known.shader(
+            object.data,
+            self.notes,
+            lambda notes: read_light(object, notes, self.images.noting(notes)),
+        )
         if light is None:
             return None
         flags = read_light_flags(object, parent, self.view_layer, self.links)
-        return light._replace(lamp=replace(light.lamp, **flags))
+        return light._replace(lamp=replace(light.lamp, name=object.name, **flags))
 
     def read(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> _Shown | None:
         """Return what all instances of an object that `parent` makes have in common.
@@ -163,7 +204,8 @@ class _Content:
         key = data.as_pointer(), names
         mesh = self.meshes.get(key)
         if mesh is None:
-            mesh = self.meshes[key] = _read_mesh(object, names)
+            mesh = self.known.mesh(object, parent, names, lambda: _read_mesh(object, names))
+            self.meshes[key] = mesh
         if len(mesh.triangles) == 0:
             return None
         flags["attributes"] = export_properties(names, object, parent, self.view_layer, self.scene)
@@ -176,8 +218,25 @@ class _Content:
     def material(self, material: bpy.types.Material | None) -> Material:
         key = 0 if material is None else material.as_pointer()
         if key not in self.materials:
-            self.materials[key] = export_material(material, self.notes, self.images, self.aovs)
+            self.materials[key] = self.known.shader(
+                material,
+                self.notes,
+                lambda notes: export_material(
+                    material, notes, self.images.noting(notes), self.aovs
+                ),
+            )
         return self.materials[key]
+
+    def world(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> World | None:
+        """Return the surroundings: those of the viewport, or of the scene."""
+        if not self.view.has_world:
+            return self.view.world
+        if not view_layer.use_sky:
+            return None
+        world = layer_world(scene, view_layer)
+        return self.known.shader(
+            world, self.notes, lambda notes: export_world(world, notes, self.images.noting(notes))
+        )
 
 
 def _read_mesh(object: bpy.types.Object, names: frozenset[str]) -> Mesh:

@@ -5,6 +5,7 @@ alone has them: packed files, generated images, and edits that were not saved.  
 are in the image's colour space, those of floats scene-linear.
 """
 
+import copy
 import functools
 import os
 from collections.abc import Mapping
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from ...core.images import ImageSource
 from ...core.scene import Note
+from .known import Known
 
 _REC709 = "Linear Rec.709"
 _NOT_HONOURED = {
@@ -29,23 +31,42 @@ _NOT_HONOURED = {
 class Images:
     """The images of one export: each is read once, however many nodes show it.
 
-    scene: whose Simplify may ask for smaller ones.
+    scene: whose Simplify may ask for smaller ones, others in viewports; known: earlier exports.
     """
 
-    def __init__(self, notes: list[Note], scene: bpy.types.Scene | None = None) -> None:
+    def __init__(
+        self,
+        notes: list[Note],
+        scene: bpy.types.Scene | None = None,
+        known: Known | None = None,
+        is_viewport: bool = False,
+    ) -> None:
         self._notes = notes
-        self._limits = read_limits(scene) if scene else {}
+        self._limits = read_limits(scene, is_viewport) if scene else {}
         self._known: dict[tuple[int, str], ImageSource] = {}
+        self._before = known or Known()
+        self._before.keep_limits(self._limits)
+
+    def noting(self, notes: list[Note]) -> "Images":
+        """Return the same images, with what they do not honour noted in `notes`."""
+        other = copy.copy(self)
+        other._notes = notes
+        return other
 
     def export(self, image: bpy.types.Image, user: bpy.types.ImageUser | None) -> ImageSource:
         """Return where the pixels of an image come from, as a node with the image user shows it."""
         key = image.as_pointer(), _path(image, user)
         if key not in self._known:
-            self._known[key] = export_image(image, user, self._notes, self._limits)
+            self._known[key] = self._before.image(
+                image,
+                key[1],
+                self._notes,
+                lambda notes: export_image(image, user, notes, self._limits),
+            )
         return self._known[key]
 
 
-def read_limits(scene: bpy.types.Scene) -> dict[str, float]:
+def read_limits(scene: bpy.types.Scene, is_viewport: bool = False) -> dict[str, float]:
     """Return what Simplify asks of images: `resolution` and `side` of an ImageSource.
 
     They are settings of Cycles, there while its add-on is enabled.
@@ -53,9 +74,10 @@ def read_limits(scene: bpy.types.Scene) -> dict[str, float]:
     cycles = getattr(scene, "cycles", None)
     if not scene.render.use_simplify or cycles is None:
         return {}
-    side = getattr(cycles, "texture_limit_render", "OFF")
+    end = "" if is_viewport else "_render"
+    side = getattr(cycles, f"texture_limit{end}", "OFF")
     return {
-        "resolution": getattr(cycles, "texture_resolution_render", 1.0),
+        "resolution": getattr(cycles, f"texture_resolution{end}", 1.0),
         "side": 0 if side == "OFF" else int(side),
     }
 

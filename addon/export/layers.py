@@ -7,6 +7,7 @@ import bpy
 from ...core.film.passes import IS_DENOISED, PASSES, Pass
 from ...core.layer import MATTES, Layer, Mist
 from ...core.scene import Note
+from ..properties import read_option
 
 # Blender's falloffs of mist, and the power by which it grows
 _FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
@@ -31,7 +32,7 @@ def export_layer(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> Layer:
         levels=layer.pass_cryptomatte_depth,
         alpha_threshold=layer.pass_alpha_threshold,
         mist=Mist() if world is None else _mist(world),
-        is_denoised=layer.penumbra.use_denoising,
+        is_denoised=read_option(layer, "use_denoising"),
         occlusion_distance=1e30 if world is None else world.light_settings.distance,
     )
 
@@ -44,9 +45,9 @@ def layer_world(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bpy.types
 def is_wanted(pass_: Pass, scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bool:
     """Tell whether a view layer asks for a pass."""
     owner, _, flag = pass_.flag.rpartition(".")
-    if pass_.flag == IS_DENOISED and not scene.penumbra.use_denoising:
+    if pass_.flag == IS_DENOISED and not read_option(scene, "use_denoising"):
         return False
-    return bool(getattr(layer.penumbra if owner else layer, flag))
+    return bool(read_option(layer, flag) if owner else getattr(layer, flag))
 
 
 def _mist(world: bpy.types.World) -> Mist:

@@ -8,6 +8,7 @@ a pixel weigh the same (Ernst et al. 2006, "Filter Importance Sampling").
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -236,7 +237,7 @@ def compile_camera(
         is_perspective=camera.projection == "PERSP",
         near=F32(camera.clip_start if keeps_near else 0.0),
         far=F32(camera.clip_end) if _reaches(camera, box) else None,
-        offsets=_filter_offsets(settings),
+        offsets=_filter_offsets(settings.pixel_filter_type, settings.filter_width),
         sides=(right_side, up_side),
         aperture=camera.aperture,
         panorama=camera.panorama,
@@ -278,10 +279,9 @@ def _reaches(camera: Camera, box: NDArray[np.float64] | None) -> bool:
     return bool(depth.max() > camera.clip_end * shortest)
 
 
-def _filter_offsets(settings: Settings) -> NDArray[np.float32]:
+@lru_cache(maxsize=8)
+def _filter_offsets(kind: str, width: float) -> NDArray[np.float32]:
     # Blender's widths: Gaussian is cut at 1.5 widths, Blackman-Harris spans 2, Box is one pixel.
-    width = settings.filter_width
-    kind = settings.pixel_filter_type
     reach = {"BOX": 0.5, "GAUSSIAN": 1.5 * width, "BLACKMAN_HARRIS": width}[kind]
 
     def density(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,10 +7,11 @@ is not there yet is written down by name and replaced by the socket's own value:
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..images import ImageSource
+from ..images import Image, ImageSource, Tiles
 from ..images.store import Store
 from ..scene import Colour, Link, Material, Node, Note, Socket
 from .sky.disc import Disc
@@ -22,20 +23,36 @@ NodeFunction = Callable[["Graph", Node, str], Value | None]
 
 
 class Library:
-    """What is made once for all shaders of a scene: skies, by the id of their source, and images.
+    """What is made once for all shaders of a scene: images, skies, by their source.
 
-    side: what both sides of images are limited to, 0 is no limit.
+    It is forgotten when nobody holds the source any more.  side: what both sides of images are
+    limited to, 0 is no limit.
     """
 
     def __init__(self, side: int = 0) -> None:
-        self._known: dict[int, Any] = {}
+        self._known: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
         self.store = Store(side)
 
-    def get(self, key: int, make: Callable[[], Any]) -> Any:
-        """Return what is known by `key`, made if it is not."""
-        if key not in self._known:
-            self._known[key] = make()
-        return self._known[key]
+    def renew(self) -> None:
+        """Read files anew from now on, but for sources that are known: a file may have changed."""
+        self.store = Store(self.store.side)
+
+    def image(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
+        """Return the image of a source; `notes` of it are added each time."""
+
+        def load() -> tuple[Image | Tiles, list[Note]]:
+            own: list[Note] = []
+            return self.store.get(source, own), own
+
+        image, own = self.get(source, load)
+        notes += [note for note in own if note not in notes]
+        return image
+
+    def get(self, source: Any, make: Callable[[], Any]) -> Any:
+        """Return what is made of `source`, the very same object; made if it is not known."""
+        if source not in self._known:
+            self._known[source] = make()
+        return self._known[source]
 
 
 class Graph:

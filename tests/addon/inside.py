@@ -1,6 +1,7 @@
 """bpy scenes for the tests of the add-on.  Imported inside of Blender only, see conftest.py."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -112,3 +113,38 @@ def glowing(colour=(1.0, 1.0, 1.0), name="Glow"):
     emission.inputs["Color"].default_value = (*colour, 1)
     tree.links.new(emission.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
     return material
+
+
+class Layout:
+    """Stands in for Blender's layout: notes what a panel shows, and where Blender would object."""
+
+    def __init__(self, shown=None):
+        self.shown = [] if shown is None else shown
+
+    def __getattr__(self, name):
+        if name not in ("row", "column", "box", "split", "grid_flow"):
+            raise AttributeError(name)
+        return lambda **_: Layout(self.shown)
+
+    def prop(self, data, name, text=None, **_):
+        """Show a property."""
+        prop = data.bl_rna.properties[name]
+        self.shown.append(("prop", name, prop.name if text is None else text))
+
+    def operator(self, name, **_):
+        """Show a button; return what its properties are set on."""
+        properties = SimpleNamespace()
+        self.shown.append(("operator", name, properties))
+        return properties
+
+    def label(self, text="", **_):
+        """Show a text."""
+        self.shown.append(("label", text, None))
+
+    def template_preview(self, data):
+        """Show a picture of a datablock."""
+        self.shown.append(("preview", data.name, None))
+
+    def names(self):
+        """Return the properties and operators that are shown."""
+        return [name for kind, name, _ in self.shown if kind in ("prop", "operator")]

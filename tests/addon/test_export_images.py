@@ -235,3 +235,31 @@ def test_a_sky_brings_all_that_its_model_needs(blender):
     assert properties["working_space"] == "Linear Rec.709"
     for kind in ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING", "PREETHAM"):
         assert compile_sky(properties | {"sky_type": kind}) is not None
+
+
+def simplified():
+    """Return the limits of an image's source before and after Simplify, in pictures and views."""
+    import bpy
+    import inside
+
+    from penumbra.addon.export.images import Images
+    from penumbra.addon.export.known import Known
+
+    scene = inside.empty_scene()
+    image = bpy.data.images.new("Picture", 8, 8)
+    scene.cycles.texture_limit, scene.cycles.texture_limit_render = "128", "256"
+    found = []
+    known = {True: Known(), False: Known()}
+    for use in (False, True, True):
+        scene.render.use_simplify = use
+        for is_viewport in (False, True):
+            images = Images([], scene, known[is_viewport], is_viewport)
+            source = images.noting([]).export(image, None)
+            found.append((source.side, id(source)))
+    return found
+
+
+def test_simplify_limits_images_as_pictures_and_viewports_ask(blender):
+    found = blender(simplified)
+    assert [side for side, _ in found] == [0, 0, 256, 128, 256, 128]
+    assert found[2:4] == found[4:6]  # the same sources

@@ -20,7 +20,11 @@ def register_and_leave():
             "engine": selectable(),
             "operators": [name for name in dir(bpy.ops) if name == "penumbra"],
             "panels": sorted(panels(bpy.types.Panel)),
+            "header": [draw.__module__ for draw in drawn() if "penumbra" in draw.__module__],
         }
+
+    def drawn():
+        return getattr(bpy.types.VIEW3D_HT_header.draw, "_draw_funcs", ())
 
     def selectable():
         try:
@@ -53,6 +57,7 @@ def test_registering_twice_is_like_once_and_unregistering_leaves_nothing(blender
     assert once == twice
     assert before["engine"] is False
     assert once["engine"] is True
+    assert once["header"] == ["penumbra.addon.ui"]
     for owner in ("Scene", "Object", "Light", "Material", "World", "Camera"):
         assert owner in once["groups"]
     for name in (
@@ -69,73 +74,61 @@ def test_registering_twice_is_like_once_and_unregistering_leaves_nothing(blender
 
 
 def draw_panels():
-    """Draw our panels on a layout that takes notes; return what each shows."""
+    """Draw our panels of the render tab on a layout that takes notes; return what each shows."""
     from types import SimpleNamespace
 
     import bpy
+    from inside import Layout
 
     import penumbra
-
-    class Layout:
-        def __init__(self, shown):
-            self.shown = shown
-
-        def row(self):
-            return Layout(self.shown)
-
-        def grid_flow(self, **_):
-            return Layout(self.shown)
-
-        def prop(self, data, name, text=None):
-            assert name in data.bl_rna.properties
-            self.shown.append(name)
-
-        def operator(self, name):
-            self.shown.append(name)
+    from penumbra.addon import ui
 
     penumbra.register()
     penumbra.register()
-    scene = bpy.context.scene
+    scene, found = bpy.context.scene, {}
     layer = scene.view_layers[0]
-    light = bpy.data.lights.new("Light", "AREA")
+    for label, options in ui.PANELS:
+        cls = getattr(bpy.types, f"RENDER_PT_penumbra_{label.lower().replace(' ', '_')}")
+        ours, other = (
+            SimpleNamespace(engine=engine, scene=scene, view_layer=layer)
+            for engine in ("PENUMBRA", "CYCLES")
+        )
+        assert cls.poll(ours)
+        assert not cls.poll(other)
+        layout = Layout()
+        cls.draw(SimpleNamespace(layout=layout, options=options), ours)
+        found[label] = layout.names()
     camera = bpy.data.cameras.new("Camera")
     camera.type = "PANO"
-    found = {}
-    for name in dir(bpy.types):
-        if "_PT_penumbra" in name:
-            cls = getattr(bpy.types, name)
-            ours, other = (
-                SimpleNamespace(
-                    engine=engine, scene=scene, view_layer=layer, light=light, camera=camera
-                )
-                for engine in ("PENUMBRA", "CYCLES")
-            )
-            assert cls.poll(ours)
-            assert not cls.poll(other)
-            shown = []
-            panel = SimpleNamespace(layout=Layout(shown), options=getattr(cls, "options", ()))
-            cls.draw(panel, ours)
-            found[name] = shown
+    for name in ("DATA_PT_penumbra_panorama", "VIEWLAYER_PT_penumbra_passes"):
+        ours, other = (
+            SimpleNamespace(engine=engine, camera=camera, view_layer=layer)
+            for engine in ("PENUMBRA", "CYCLES")
+        )
+        cls, layout = getattr(bpy.types, name), Layout()
+        assert cls.poll(ours)
+        assert not cls.poll(other)
+        cls.draw(SimpleNamespace(layout=layout), ours)
+        found[name] = layout.names()
     return found
 
 
 def test_panels_show_all_options_that_are_honoured_and_no_others(blender):
     found = blender(draw_panels)
-    assert found.pop("DATA_PT_penumbra_light") == ["spread", "max_bounces"]
-    flags = [each.flag.removeprefix("own.") for each in PASSES if each.read is not None]
-    assert found.pop("VIEWLAYER_PT_penumbra_passes") == [
-        *dict.fromkeys(flags),
-        "pass_alpha_threshold",
-    ]
     assert found.pop("DATA_PT_penumbra_panorama") == [
         "panorama_type",
         "fisheye_lens",
         "fisheye_fov",
     ]
+    flags = [each.flag.removeprefix("own.") for each in PASSES if each.read is not None]
+    assert found.pop("VIEWLAYER_PT_penumbra_passes") == [
+        *dict.fromkeys(flags),
+        "pass_alpha_threshold",
+    ]
     shown = {name for names in found.values() for name in names}
     honoured = {option.name for option in OPTIONS if not option.awaits}
-    blenders = {"film_transparent", "threads_mode", "threads", "penumbra.adopt_cycles"}
-    assert shown == honoured | blenders
+    blenders = {"film_transparent", "threads_mode", "threads", "preview_pixel_size"}
+    assert shown == honoured | blenders | {"penumbra.adopt_cycles"}
 
 
 def panoramas():
@@ -214,7 +207,7 @@ def test_properties_are_the_table_of_options_and_survive_a_saved_file(blender, t
     table, untouched, changed, loaded, bounces, layered, panels = blender(
         read_properties, str(tmp_path / "settings.blend")
     )
-    assert set(table) == {option.name for option in OPTIONS}
+    assert set(table) == {option.name for option in OPTIONS} | {"preview_pause"}
     for option in OPTIONS:
         _, default, label, text, low, high = table[option.name]
         assert (label, text) == (option.label, option.help)
@@ -247,11 +240,49 @@ def adopt():
     scene = bpy.context.scene
     scene.cycles.samples, scene.cycles.diffuse_bounces, scene.cycles.film_exposure = 17, 2, 0.5
     scene.penumbra.diffuse_bounces = 3
+    followed = read_settings(scene, bpy.context.view_layer)
     result = bpy.ops.penumbra.adopt_cycles()
-    return result, read_settings(scene, bpy.context.view_layer)
+    return followed, result, read_settings(scene, bpy.context.view_layer)
 
 
-def test_settings_of_cycles_are_adopted_except_where_ours_are_set(blender):
-    result, settings = blender(adopt)
+def test_settings_of_cycles_count_where_ours_were_never_set_and_can_be_copied_again(blender):
+    followed, result, copied = blender(adopt)
+    assert (followed.samples, followed.diffuse_bounces, followed.film_exposure) == (17, 3, 0.5)
     assert result == {"FINISHED"}
-    assert (settings.samples, settings.diffuse_bounces, settings.film_exposure) == (17, 3, 0.5)
+    assert (copied.samples, copied.diffuse_bounces, copied.film_exposure) == (17, 2, 0.5)
+
+
+def open_files(folder):
+    import bpy
+
+    import penumbra
+
+    bpy.context.scene.render.engine = "CYCLES"
+    bpy.context.scene.cycles.samples = 17
+    bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/cycles.blend")
+    penumbra.register()
+    bpy.context.scene.render.engine = "PENUMBRA"
+    bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/chosen.blend")
+
+    found = {}
+    for name in ("cycles", "chosen"):
+        bpy.ops.wm.open_mainfile(filepath=f"{folder}/{name}.blend")
+        ours = bpy.context.scene.penumbra
+        found[name] = ours.samples, ours.is_property_set("samples")
+    # From now on the two are apart, whatever engine is chosen.
+    scene = bpy.context.scene
+    scene.cycles.samples, scene.penumbra.max_bounces = 5, 2
+    scene.render.engine = "CYCLES"
+    scene.render.engine = "PENUMBRA"
+    bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/again.blend")
+    bpy.ops.wm.open_mainfile(filepath=f"{folder}/again.blend")
+    scene = bpy.context.scene
+    found["again"] = scene.penumbra.samples, scene.penumbra.max_bounces, scene.cycles.samples
+    return found
+
+
+def test_a_file_that_has_never_seen_our_engine_opens_with_the_values_of_cycles(blender, tmp_path):
+    found = blender(open_files, str(tmp_path))
+    assert found["cycles"] == (4096, False)  # it renders with another engine
+    assert found["chosen"] == (17, True)
+    assert found["again"] == (17, 2, 5)

@@ -9,7 +9,7 @@
 set -eu
 folder=${1:?usage: real_blender.sh FOLDER}
 packages="blender python3-numpy python3-cattr python3-requests python3-zstandard
-    python3-openimageio libegl1 libgl1 libgl1-mesa-dri"
+    python3-openimageio libegl1 libgl1 libgl1-mesa-dri xvfb xdotool imagemagick"
 stamp="sid $(echo $packages)"
 
 if [ "$(cat "$folder/.complete" 2>/dev/null)" != "$stamp" ]; then

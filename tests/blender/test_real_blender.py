@@ -1,22 +1,11 @@
-"""zip -> picture, in a Blender with its own Python.  Installs the extension as a user does.
+"""zip -> picture, in a Blender with its own Python.  See conftest.py for what is installed."""
 
-PENUMBRA_BLENDER is the command that starts it (tests/blender/real_blender.sh makes one); the
-zip is the one that `dev.py build` made.
-"""
-
-import os
-import shlex
 import subprocess
 import sys
 
 import numpy as np
-import pytest
 
 from penumbra.tools.environment import ROOT
-
-COMMAND = shlex.split(os.environ.get("PENUMBRA_BLENDER", ""))
-pytestmark = pytest.mark.skipif(not COMMAND, reason="PENUMBRA_BLENDER does not name a Blender")
-PLATFORM = {"linux": "linux-x64", "win32": "windows-x64", "darwin": "macos-arm64"}
 
 
 def make_files(folder):
@@ -42,27 +31,6 @@ def read(path):
     picture = OpenImageIO.ImageBuf(str(path))
     assert picture.initialized, picture.geterror()
     return picture.get_pixels(OpenImageIO.FLOAT)
-
-
-@pytest.fixture(scope="module")
-def real(tmp_path_factory):
-    """Return a function that runs the real Blender, with the extension installed and enabled."""
-    home = tmp_path_factory.mktemp("home")
-
-    def run(*arguments):
-        command = [*COMMAND, *map(str, arguments)]
-        environ = {**os.environ, "BLENDER_USER_RESOURCES": str(home)}
-        return subprocess.run(
-            command, cwd=home, env=environ, capture_output=True, text=True, timeout=300
-        )
-
-    (zipped,) = (ROOT / "dist").glob(f"penumbra-*-{PLATFORM[sys.platform]}.zip")
-    copy = home / zipped.name
-    copy.write_bytes(zipped.read_bytes())
-    options = ("--repo", "user_default", "--enable")
-    done = run("--background", "--command", "extension", "install-file", *options, copy)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return run
 
 
 def test_a_real_blender_renders_what_the_module_renders(real, blender, tmp_path):

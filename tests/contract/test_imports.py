@@ -27,9 +27,11 @@ LAYERS = (
     "lights",
     "camera",
     "film",
+    "kept",
     "plan",
     "transport",
     "render",
+    "interactive",
     "__init__",
 )
 CORE = ROOT / "core"

@@ -1,5 +1,7 @@
 """core.shading.graph -> inputs as values: constants, links, what is unknown, long chains."""
 
+import weakref
+
 import numpy as np
 import pytest
 
@@ -218,8 +220,12 @@ def test_a_ladder_of_shared_nodes_is_walked_in_its_size_not_in_its_paths():
 # --- The library --------------------------------------------------------------------------------
 
 
-def test_the_library_makes_each_thing_once():
+def test_the_library_makes_each_thing_once_and_forgets_what_nobody_holds():
     library, made = Library(), []
-    for key in (1, 2, 1):
-        library.get(key, lambda key=key: made.append(key))
-    assert made == [1, 2]
+    sources = [Node("One"), Node("Two")]
+    for which in (0, 1, 0):
+        library.get(sources[which], lambda which=which: made.append(which) or Node("Made"))
+    assert made == [0, 1]
+    forgotten = weakref.ref(library.get(sources[0], Node))
+    del sources[0]
+    assert forgotten() is None

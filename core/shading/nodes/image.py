@@ -36,7 +36,7 @@ def _texels(graph: Graph, node: Node) -> Value:
     if source is None:
         graph.note(f"{title(node)} has no image: it is magenta")
         return Value(SEVERAL, MAGENTA)
-    image = graph.library.store.get(source, graph.notes)
+    image = graph.library.image(source, graph.notes)
     if graph.is_linked(node, "Vector"):
         where = graph.vector(node, "Vector", (0, 0, 0))
         assert where is not None

@@ -23,7 +23,7 @@ def _environment(graph: Graph, node: Node, output: str) -> Value | None:
         graph.note(f"{title(node)} has no image: it is magenta")
     image: Image | Tiles = MAGENTA
     if source is not None:
-        image = graph.library.store.get(source, graph.notes)
+        image = graph.library.image(source, graph.notes)
     if isinstance(image, Tiles):
         image = image.images[0][1]
     graph.finest = max(graph.finest, (image.width, image.height))
@@ -55,7 +55,7 @@ def _alpha(direction: Vec, *picture: Any) -> Array:
 
 
 def _sky(graph: Graph, node: Node, output: str) -> Value | None:
-    sky = graph.library.get(id(node), lambda: compile_sky(node.properties))
+    sky = graph.library.get(node, lambda: compile_sky(node.properties))
     if sky is None:
         kind = node.properties.get("sky_type", "?")
         graph.note(f"{title(node)}: a sky of the type {kind} is rendered as Preetham's")

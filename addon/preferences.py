@@ -1,0 +1,75 @@
+"""user's machine -> limits.  What holds for all files: threads and memory.
+
+Without an installed extension (the bpy module) there are no preferences, and no limits.
+"""
+
+from typing import ClassVar
+
+import bpy
+
+from ..core.settings import Settings, replace
+
+PACKAGE = __package__.rpartition(".")[0]
+
+
+class PenumbraPreferences(bpy.types.AddonPreferences):
+    """What Blender shows below the extension."""
+
+    bl_idname = PACKAGE
+
+    threads: bpy.props.IntProperty(
+        name="Threads",
+        description="Threads of a render whose scene says Auto-Detect; all of the machine if 0",
+        default=0,
+        min=0,
+        max=1024,
+    )
+    instance_memory: bpy.props.FloatProperty(
+        name="Instance Memory",
+        description="Gigabytes that no scene's Instance Memory counts for more than; no limit if 0",
+        default=0.0,
+        min=0.0,
+        max=4096.0,
+        precision=3,
+    )
+    shown: ClassVar = ("threads", "instance_memory")
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """Show them all."""
+        self.layout.use_property_split = True
+        for name in self.shown:
+            self.layout.prop(self, name)
+        self.layout.operator("penumbra.system_check")
+
+
+def read_preferences() -> bpy.types.AddonPreferences | None:
+    """Return the user's preferences; None where the add-on was not installed but imported."""
+    addon = bpy.context.preferences.addons.get(PACKAGE)
+    return addon and addon.preferences
+
+
+def limit_memory(settings: Settings) -> Settings:
+    """Return settings that keep the user's limit of memory."""
+    wished = read_preferences()
+    if wished is None or not 0.0 < wished.instance_memory < settings.instance_memory:
+        return settings
+    return replace(settings, instance_memory=max(wished.instance_memory, 0.01))
+
+
+def thread_count(render: bpy.types.RenderSettings) -> int:
+    """Return how many threads to render with; 0 is as many as there are."""
+    if render.threads_mode == "FIXED":
+        return render.threads
+    wished = read_preferences()
+    return 0 if wished is None else wished.threads
+
+
+def register() -> None:
+    """Make Blender show them."""
+    bpy.utils.register_class(PenumbraPreferences)
+
+
+def unregister() -> None:
+    """Take them away; Blender keeps the values."""
+    if PenumbraPreferences.is_registered:
+        bpy.utils.unregister_class(PenumbraPreferences)
