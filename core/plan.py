@@ -18,7 +18,7 @@ from .camera import CompiledCamera, compile_camera
 from .film.denoise import Denoising, is_there
 from .film.ledger import Ledger, compile_ledger, surface_facts
 from .film.passes import Pass, wanted
-from .geometry.accel import Accel, compile_accel
+from .geometry.accel import Accel, compile_accel, compile_own
 from .geometry.attributes import OPACITY, VECTOR, Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
@@ -46,6 +46,7 @@ from .scene import (
 )
 from .settings import OPTIONS, Settings
 from .shading import (
+    OWN,
     Library,
     Place,
     Rules,
@@ -54,6 +55,7 @@ from .shading import (
     WorldShader,
     compile_surface,
     compile_table,
+    compile_tracer,
     compile_world,
     displace,
     fold_lamps,
@@ -185,6 +187,11 @@ class Plan:
             return False
         glows = self.lights.of_triangle is not None
         return self.lights.may_darken or (glows and self.emission_varies)
+
+    @property
+    def weighs_paths(self) -> bool:
+        """Whether anything asks for the least likely bounce of a path."""
+        return self.blur_glossy > 0 or self.surfaces.reach is not None
 
     @property
     def needs_place(self) -> bool:
@@ -325,6 +332,8 @@ def compile_plan(
     accel, build_seconds = kept.step(
         "accel", (triangles, is_quick), lambda: compile_accel(triangles, is_quick, should_stop)
     )
+    if surfaces.reach is not None and accel is not None:
+        surfaces = _with_tracer(surfaces, accel, is_quick, kept, should_stop)
 
     # Light.
     def light() -> tuple[Emitters | None, Lights | None]:
@@ -409,6 +418,7 @@ def compile_plan(
             or emitters is not None
             or lamps_seen_by & ~CAMERA != 0
             or blur_glossy > 0
+            or surfaces.reach is not None
         ),
         triangles=triangles,
         accel=accel,
@@ -513,6 +523,7 @@ def _compile_surfaces(
     rules = Rules(
         has_reflective_caustics=settings.caustics_reflective,
         has_refractive_caustics=settings.caustics_refractive,
+        occlusion_distance=np.inf if scene.world is None else scene.world.occlusion_distance,
         shown=surface_facts(scene.layer, guides),
     )
 
@@ -534,6 +545,30 @@ def _compile_surfaces(
 
     made_from = tuple(materials), rules, settings.blur_glossy > 0, library
     return materials, *kept.step("surface table", made_from, table)
+
+
+def _with_tracer(
+    surfaces: SurfaceTable,
+    accel: Accel,
+    is_quick: bool,
+    kept: Kept,
+    should_stop: Callable[[], bool],
+) -> SurfaceTable:
+    """Return surfaces whose shaders trace rays of their own."""
+    assert surfaces.reach is not None
+    own = None
+    ids = accel.triangles.ids
+    instances = np.zeros(int(ids[:, 2].max()) + 1, np.bool_)
+    instances[ids[surfaces.reach.take(ids[:, 0]) == OWN, 2]] = True
+    if instances.any():
+        made_from = accel, instances.tobytes(), is_quick
+        own = kept.step(
+            "own accel", made_from, lambda: compile_own(accel, instances, is_quick, should_stop)
+        )
+    place = replace(surfaces.place, tracer=compile_tracer(accel, own))
+    blurred = surfaces.blurred
+    blurred = None if blurred is None else replace(blurred, place=place)
+    return replace(surfaces, place=place, blurred=blurred)
 
 
 # Fields of instances that triangles do not depend on

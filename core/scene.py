@@ -115,9 +115,11 @@ class Material:
 
 UNIT_SPACE = (np.zeros(3), np.ones(3))
 
-# Names of attributes that no user gave: the UV map and the colours that the file renders with, and
-# what custom properties of objects and of the scene begin with
+# Names of attributes that no user gave: the UV map and the colours that the file renders with, what
+# the shape of a mesh says (see `geometry.neighbours`), and what custom properties of objects and of
+# the scene begin with
 ACTIVE_UV, ACTIVE_COLOUR = ":uv", ":colour"
+POINTINESS, ISLAND = ":pointiness", ":island"
 # Attributes with a meaning: the way from a displaced vertex to where it was; whether faces are flat
 # though the mesh has normals of its corners
 REST, SHARP = ":rest", "sharp_face"
@@ -197,10 +199,24 @@ class RayKinds:
 
 
 @dataclass(frozen=True)
+class Particle:
+    """What a particle is that shows an object; times in frames, the rest in the world [m]."""
+
+    index: int = 0
+    age: float = 0.0
+    lifetime: float = 0.0
+    size: float = 0.0
+    location: Colour = (0.0, 0.0, 0.0)
+    velocity: Colour = (0.0, 0.0, 0.0)
+    angular_velocity: Colour = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Label:
     """What shaders can tell an instance by: colours and numbers that the user gave it.
 
-    random: 0 to 1; generated and uv: where its instancer made it, in the instancer's terms.
+    random: 0 to 1; generated and uv: where its instancer made it, in the instancer's terms;
+    particle: None if no particle shows it.
     """
 
     colour: Colour = (1.0, 1.0, 1.0)
@@ -209,6 +225,7 @@ class Label:
     random: float = 0.0
     generated: Colour = (0.0, 0.0, 0.0)
     uv: tuple[float, float] = (0.0, 0.0)
+    particle: Particle | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,6 +321,7 @@ class World:
     sampled: bool = True  # rays are also sent towards where it is bright
     max_bounces: int = 1024  # paths with more bounces send none there
     casts_shadow: bool = True  # of those rays
+    occlusion_distance: float = np.inf  # how far Ambient Occlusion looks by default [m]
     light_group: str = ""
 
 

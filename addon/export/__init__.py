@@ -134,7 +134,7 @@ class _Content:
         self.override = view_layer.material_override
         self.notes = notes
         self.scene = depsgraph.scene_eval
-        self.images = Images(notes, depsgraph.scene_eval, known, view.space is not None)
+        self.images = Images(notes, self.scene, known, view.space is not None)
         self.known, self.view = known, view
         self.meshes: dict[tuple[int, frozenset[str]], Mesh] = {}
         self.materials: dict[int, Material] = {}
@@ -174,7 +174,7 @@ class _Content:
             if shown is not None:
                 name, mesh, materials, flags = shown
                 matrix = _affine(item.matrix_world)
-                label = read_label(item)
+                label = read_label(item, self.scene.frame_current_final)
                 self.instances.append(Instance(name, mesh, matrix, materials, label=label, **flags))
 
     def read_light(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> Light | None:

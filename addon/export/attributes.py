@@ -11,7 +11,16 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.scene import ACTIVE_COLOUR, ACTIVE_UV, PROPERTIES, Attribute
+from ...core.geometry.neighbours import islands, pointiness
+from ...core.scene import (
+    ACTIVE_COLOUR,
+    ACTIVE_UV,
+    ISLAND,
+    POINTINESS,
+    PROPERTIES,
+    Attribute,
+)
+from ...core.shading.textures.hashing import fractions, hash_words
 
 # Type -> the field of its items, its numbers, and how they are read
 _TYPES: dict[str, tuple[str, int, type]] = {
@@ -38,6 +47,9 @@ def export_attributes(
     """
     found = {}
     for name in sorted(names):
+        if name in _OF_SHAPE:
+            found[name] = _OF_SHAPE[name](mesh, faces)
+            continue
         attribute = _find(mesh, name)
         if attribute is None or attribute.data_type not in _TYPES:
             continue
@@ -53,6 +65,40 @@ def export_attributes(
             continue
         found[name] = Attribute(attribute.domain, rows)
     return found
+
+
+def _pointiness(mesh: bpy.types.Mesh, faces: NDArray[np.int32] | None) -> Attribute:
+    positions = read_items(mesh.attributes["position"].data, "vector", np.float32, 3)
+    normals = read_items(mesh.vertex_normals, "vector", np.float32, 3)
+    return Attribute("POINT", pointiness(positions, normals, _edges(mesh))[:, None])
+
+
+def _random_per_island(mesh: bpy.types.Mesh, faces: NDArray[np.int32] | None) -> Attribute:
+    root = islands(len(mesh.vertices), _edges(mesh))
+    corner = read_items(mesh.attributes[".corner_vert"].data, "value", np.int32)
+    starts = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", starts)
+    of_face = root.take(corner.take(starts)).view(np.uint32)
+    random = fractions(hash_words([of_face]))[:, None]
+    return Attribute("FACE", random if faces is None else random.take(faces, axis=0))
+
+
+def _edges(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
+    edges = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", edges)
+    return edges.reshape(-1, 2)
+
+
+def read_items(
+    items: bpy.types.bpy_prop_collection, name: str, dtype: type, width: int = 1
+) -> NDArray:
+    """Return one attribute of all items as (N,), or (N, width)."""
+    values = np.empty(len(items) * width, dtype)
+    items.foreach_get(name, values)
+    return values.reshape(-1, width) if width > 1 else values
+
+
+_OF_SHAPE = {POINTINESS: _pointiness, ISLAND: _random_per_island}
 
 
 def has_corner_attributes(mesh: bpy.types.Mesh, names: Collection[str]) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.scene import Mesh
-from .attributes import export_attributes, has_corner_attributes
+from .attributes import export_attributes, has_corner_attributes, read_items
 
 Corners = NDArray[np.int32]  # (F, 3), indices of face corners
 
@@ -28,14 +28,14 @@ def export_mesh(mesh: bpy.types.Mesh, names: Collection[str] = ()) -> Mesh:
     """Return the triangles of an evaluated mesh, in object space [m], and attributes by name."""
     if len(mesh.polygons) == 0:
         return Mesh(mesh.name, np.empty((0, 3), np.float32), np.empty((0, 3), np.int32))
-    positions = _read(mesh.attributes["position"].data, "vector", np.float32, 3)
-    corner_vertex = _read(mesh.attributes[".corner_vert"].data, "value", np.int32)
+    positions = read_items(mesh.attributes["position"].data, "vector", np.float32, 3)
+    corner_vertex = read_items(mesh.attributes[".corner_vert"].data, "value", np.int32)
     faces = corners = None
     if len(corner_vertex) == 3 * len(mesh.polygons):
         triangles = corner_vertex.reshape(-1, 3)
     else:
         mesh.calc_loop_triangles()
-        faces = _read(mesh.loop_triangle_polygons, "value", np.int32)
+        faces = read_items(mesh.loop_triangle_polygons, "value", np.int32)
         if _are_quads(mesh, faces):
             by_corner = mesh.normals_domain == "CORNER" or has_corner_attributes(mesh, names)
             triangles, corners = _cut_quads(positions, corner_vertex, by_corner)
@@ -51,13 +51,6 @@ def export_mesh(mesh: bpy.types.Mesh, names: Collection[str] = ()) -> Mesh:
         texture_space=(np.array(mesh.texspace_location), np.array(mesh.texspace_size)),
         attributes=export_attributes(mesh, names, corners, faces) if names else {},
     )
-
-
-def _read(items: bpy.types.bpy_prop_collection, name: str, dtype: type, width: int = 1) -> NDArray:
-    """Return one attribute of all items as (N,), or (N, width)."""
-    values = np.empty(len(items) * width, dtype)
-    items.foreach_get(name, values)
-    return values.reshape(-1, width) if width > 1 else values
 
 
 def _are_quads(mesh: bpy.types.Mesh, faces: NDArray[np.int32]) -> bool:
@@ -92,7 +85,7 @@ def _triangulate(
     """Return the corners (F, 3) of the triangles cut from `faces` (F,), as Blender cuts them."""
     sizes = np.bincount(faces, minlength=len(mesh.polygons)) + 2
     if sizes.max(initial=0) > 4 or int(sizes.sum()) != len(corner_vertex):
-        return _read(mesh.loop_triangles, "loops", np.int32, 3)
+        return read_items(mesh.loop_triangles, "loops", np.int32, 3)
 
     # Cut every face as a fan from its first corner
     starts = (np.cumsum(sizes) - sizes).astype(np.int32)
@@ -148,8 +141,8 @@ def _normals(mesh: bpy.types.Mesh, corners: Corners | None) -> NDArray[np.float3
     if mesh.normals_domain == "FACE":
         return None
     if mesh.normals_domain == "POINT":
-        return _read(mesh.vertex_normals, "vector", np.float32, 3)
-    normals = _read(mesh.corner_normals, "vector", np.float32, 3)
+        return read_items(mesh.vertex_normals, "vector", np.float32, 3)
+    normals = read_items(mesh.corner_normals, "vector", np.float32, 3)
     return normals.reshape(-1, 3, 3) if corners is None else normals.take(corners, axis=0)
 
 
@@ -158,7 +151,7 @@ def _slots(mesh: bpy.types.Mesh, faces: NDArray[np.int32] | None) -> NDArray[np.
     attribute = mesh.attributes.get("material_index")
     if attribute is None or attribute.domain != "FACE" or attribute.data_type != "INT":
         return None
-    slots = _read(attribute.data, "value", np.int32)
+    slots = read_items(attribute.data, "value", np.int32)
     np.maximum(slots, 0, out=slots)
     if not slots.any():
         return None

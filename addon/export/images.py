@@ -31,7 +31,8 @@ _NOT_HONOURED = {
 class Images:
     """The images of one export: each is read once, however many nodes show it.
 
-    scene: whose Simplify may ask for smaller ones, others in viewports; known: earlier exports.
+    scene: whose Simplify may ask for smaller ones, others in viewports; known: earlier exports;
+    moment: the scene's frame and seconds, by output of Scene Time.
     """
 
     def __init__(
@@ -42,6 +43,9 @@ class Images:
         is_viewport: bool = False,
     ) -> None:
         self._notes = notes
+        frame = 0.0 if scene is None else scene.frame_current_final
+        rate = 1.0 if scene is None else scene.render.fps / scene.render.fps_base
+        self.moment = {"Frame": frame, "Seconds": frame / rate}
         self._limits = read_limits(scene, is_viewport) if scene else {}
         self._known: dict[tuple[int, str], ImageSource] = {}
         self._before = known or Known()

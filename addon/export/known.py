@@ -2,7 +2,7 @@
 
 What was read is known by the datablock's `session_uid`, which Blender gives to one datablock only,
 and forgotten when Blender says that it has changed.  What depends on more than Blender tells is
-not remembered: meshes in edit mode, shaders that look at an object or show a film.
+not remembered: meshes in edit mode, shaders that look at an object or the time, or show a film.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -137,4 +137,5 @@ def _nodes(tree: bpy.types.NodeTree, seen: set[int]) -> Iterator[bpy.types.Node]
 def _looks_elsewhere(node: bpy.types.Node) -> bool:
     image = getattr(node, "image", None)
     is_film = image is not None and image.source in ("SEQUENCE", "MOVIE", "VIEWER")
-    return is_film or getattr(node, "object", None) is not None
+    is_timed = node.bl_idname == "GeometryNodeInputSceneTime"
+    return is_film or is_timed or getattr(node, "object", None) is not None

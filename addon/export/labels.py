@@ -2,13 +2,13 @@
 
 import bpy
 
-from ...core.scene import Label
+from ...core.scene import Label, Particle
 
 _MASK = 0xFFFFFFFF
 
 
-def read_label(item: bpy.types.DepsgraphObjectInstance) -> Label:
-    """Return the label of one item of the depsgraph.
+def read_label(item: bpy.types.DepsgraphObjectInstance, frame: float = 0.0) -> Label:
+    """Return the label of one item of the depsgraph at a frame.
 
     Objects that stand for themselves are random by their name, instances by Blender's number; what
     makes an instance gives it its colour.
@@ -20,8 +20,27 @@ def read_label(item: bpy.types.DepsgraphObjectInstance) -> Label:
         return Label((red, green, blue), alpha, object.pass_index, random / _MASK)
     x, y, z = (0.5 * (value - 1.0) for value in item.orco)
     u, v = item.uv
-    random = item.random_id & _MASK
-    return Label((red, green, blue), alpha, object.pass_index, random / _MASK, (x, y, z), (u, v))
+    random = (item.random_id & _MASK) / _MASK
+    colour, shown = (red, green, blue), _particle(item, frame)
+    return Label(colour, alpha, object.pass_index, random, (x, y, z), (u, v), shown)
+
+
+def _particle(item: bpy.types.DepsgraphObjectInstance, frame: float) -> Particle | None:
+    """Return the particle that an instance stands for; children of particles are none (Cycles)."""
+    system = item.particle_system
+    if system is None or not 0 <= item.persistent_id[0] < len(system.particles):
+        return None
+    index = item.persistent_id[0]
+    particle = system.particles[index]
+    return Particle(
+        index,
+        frame - particle.birth_time,
+        particle.lifetime,
+        particle.size,
+        tuple(particle.location),
+        tuple(particle.velocity),
+        tuple(particle.angular_velocity),
+    )
 
 
 def hashed(name: str) -> int:

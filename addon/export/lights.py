@@ -127,7 +127,7 @@ def _shader(
     tree = active_tree(light)
     if tree is None:
         return _WHITE, None
-    node = export_tree(tree, owner, notes, images)
+    node = export_tree(light, owner, notes, images)
     if node is None:
         return (0.0, 0.0, 0.0), None
     colour, strength = node.inputs.get("Color"), node.inputs.get("Strength")
@@ -149,7 +149,7 @@ def export_world(
         inputs = {"Color": tuple(world.color), "Strength": 1.0}
         surface = Node("Background", inputs=inputs)
     else:
-        surface = export_tree(tree, f"World '{world.name}'", notes, images)
+        surface = export_tree(world, f"World '{world.name}'", notes, images)
     kinds = getattr(world, "cycles_visibility", None)  # there while the Cycles add-on is enabled
     seen_by = (
         RayKinds(kinds.camera, kinds.diffuse, kinds.glossy, kinds.transmission)
@@ -164,5 +164,6 @@ def export_world(
         sampled=getattr(cycles, "sampling_method", "AUTOMATIC") != "NONE",
         max_bounces=read_max_bounces(world),
         casts_shadow=getattr(cycles, "use_shadows", True),
+        occlusion_distance=world.light_settings.distance,
         light_group=world.lightgroup,
     )

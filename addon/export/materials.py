@@ -9,6 +9,8 @@ that show an image have its ImageSource under `image`, None if none is chosen; r
 have their values as a `table`; what makes colours of spectra says what the scene-linear space is.
 """
 
+import math
+import pathlib
 from collections import deque
 from collections.abc import Iterator
 from typing import Any
@@ -16,6 +18,7 @@ from typing import Any
 import bpy
 
 from ...core.scene import Link, Material, Node, Note, Socket
+from .broken import broken_notes, is_endless
 from .curves import sample_curves, sample_ramp
 from .images import Images, configuration, working_space
 from .mapping import export_mapping
@@ -30,6 +33,13 @@ _COMMON = {prop.identifier for prop in bpy.types.ShaderNode.bl_rna.properties}
 _SIMPLE = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
 # Nodes that make colours of physical quantities ask what the scene-linear space is
 _COLOUR_MAKERS = {"ShaderNodeTexSky", "ShaderNodeBlackbody", "ShaderNodeWavelength"}
+# Nodes that hold a constant -> the property that it is, under the output's identifier
+_HELD = {
+    "FunctionNodeInputBool": ("Boolean", "boolean"),
+    "FunctionNodeInputInt": ("Integer", "integer"),
+    "FunctionNodeInputVector": ("Vector", "vector"),
+}
+_INLINE = {"MATERIAL": "from_material", "WORLD": "from_world", "LIGHT": "from_light"}
 _CARRIERS = {"RGBA": ("RGB", "Color"), "VECTOR": ("CombineXYZ", "Vector")}
 
 
@@ -51,8 +61,8 @@ def export_material(
         return Material(material.name, Node("BsdfDiffuse", inputs={"Color": colour}))
     owner = f"Material '{material.name}'"
     reader = _Reader(notes, images or Images(notes))
-    surface, displacement = reader.read_output(tree, owner)
-    written = reader.read_aovs(tree, aovs) if aovs else {}
+    surface, displacement = reader.read_shader(material, tree, owner)
+    written = reader.read_aovs(aovs) if aovs else {}
     cycles = getattr(material, "cycles", None)  # there while the Cycles add-on is enabled
     return Material(
         material.name,
@@ -83,10 +93,11 @@ def active_tree(datablock: bpy.types.ID) -> bpy.types.NodeTree | None:
 
 
 def export_tree(
-    tree: bpy.types.NodeTree, owner: str, notes: list[Note], images: Images | None = None
+    datablock: bpy.types.ID, owner: str, notes: list[Note], images: Images | None = None
 ) -> Node | None:
-    """Return the node that feeds Surface of the tree's active output, or None."""
-    return _Reader(notes, images or Images(notes)).read_output(tree, owner)[0]
+    """Return the node that feeds Surface of the active output of a light or world, or None."""
+    reader = _Reader(notes, images or Images(notes))
+    return reader.read_shader(datablock, datablock.node_tree, owner)[0]
 
 
 class _Reader:
@@ -96,10 +107,30 @@ class _Reader:
         self.notes, self.images = notes, images
         self.nodes: dict[tuple[int, ...], Node] = {}
         self.links: dict[int, dict[int, bpy.types.NodeLink]] = {}
+        self.inline: Any = None  # what owns the tree that Blender has unrolled
+        self.tree: bpy.types.NodeTree | None = None
         self.unread: deque[tuple[bpy.types.Node, Path, dict[str, Socket]]] = deque()
+
+    def read_shader(
+        self, datablock: bpy.types.ID, tree: bpy.types.NodeTree, owner: str
+    ) -> tuple[Node | None, Link | None]:
+        """Return what feeds Surface and Displacement of a datablock's own tree."""
+        self.notes.extend(broken_notes(tree, owner))
+        # Blender unrolls outputs for every engine only, not those for Cycles alone; with a circle
+        # of links in a group it does not come back (5.2)
+        output = tree.get_output_node("CYCLES")
+        is_own = output is not None and output.target == "CYCLES"
+        if is_own or is_endless(tree) or not hasattr(bpy.types, "InlineShaderNodes"):
+            return self.read_output(tree, owner)
+
+        # Blender unrolls zones and groups, and folds constants; the tree lives as long as `inline`
+        make = getattr(bpy.types.InlineShaderNodes, _INLINE[datablock.id_type])
+        self.inline = make(datablock)
+        return self.read_output(self.inline.node_tree, owner)
 
     def read_output(self, tree: bpy.types.NodeTree, owner: str) -> tuple[Node | None, Link | None]:
         """Return what feeds Surface and Displacement of the tree's active output."""
+        self.tree = tree
         output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
         if output is None:
             return None, None
@@ -117,10 +148,11 @@ class _Reader:
             displacement if isinstance(displacement, Link) else None,
         )
 
-    def read_aovs(self, tree: bpy.types.NodeTree, names: frozenset[str]) -> dict[str, Node]:
-        """Return the AOV Output nodes of these names, also those inside of groups."""
+    def read_aovs(self, names: frozenset[str]) -> dict[str, Node]:
+        """Return the AOV Output nodes of these names in the tree that was read, also in groups."""
         found: dict[str, Node] = {}
-        waiting: list[tuple[bpy.types.NodeTree, Path]] = [(tree, ())]
+        assert self.tree is not None
+        waiting: list[tuple[bpy.types.NodeTree, Path]] = [(self.tree, ())]
         while waiting:
             inside, path = waiting.pop()
             for node in inside.nodes:
@@ -154,6 +186,8 @@ class _Reader:
             socket = None
             if node.mute:
                 socket = _bypass(node, source)
+                if socket is not None and self.source(socket) is None:
+                    return _nothing(default)
             elif node.bl_idname == "NodeReroute":
                 socket = node.inputs[0]
             elif node.bl_idname == "NodeGroupInput" and path:
@@ -165,8 +199,11 @@ class _Reader:
             elif isinstance(node, bpy.types.ShaderNodeGroup | bpy.types.ShaderNodeCustomGroup):
                 socket = _group_output(node, source.identifier)
                 path = (*path, node)
+                if socket is None and node.node_tree is not None:
+                    return _nothing(default)
             else:
-                return Link(self.node(node, path), source.identifier, default)
+                made = Link(self.node(node, path), source.identifier, default)
+                return _shining(made, node) if _is_number(source, target) else made
             if socket is None:
                 return default
 
@@ -191,9 +228,11 @@ class _Reader:
         if known is None:
             inputs: dict[str, Socket] = {}
             kind = node.bl_idname.removeprefix("ShaderNode")
-            known = Node(
-                kind, node.label or node.name, inputs, dict(_properties(node, self.images))
-            )
+            name = node.name
+            if self.inline is not None:
+                name = name.partition("_")[2] or name  # Blender has put a number before it
+            name = node.label or name
+            known = Node(kind, name, inputs, dict(_properties(node, self.images)))
             self.nodes[key] = known
             self.unread.append((node, path, inputs))
         return known
@@ -202,13 +241,18 @@ class _Reader:
 def _constant(socket: bpy.types.NodeSocket) -> Socket:
     """Return the value of a socket that has no link."""
     if socket.type in ("VALUE", "INT"):
-        return float(socket.default_value)
+        return _finite(socket.default_value)
     if socket.type in ("BOOLEAN", "STRING", "MENU"):
         return socket.default_value
     if socket.type == "RGBA" or (socket.type == "VECTOR" and not socket.hide_value):
-        x, y, z = (*socket.default_value, 0.0)[:3]
+        x, y, z = (*map(_finite, socket.default_value), 0.0)[:3]
         return (x, y, z)
     return None
+
+
+def _finite(number: float) -> float:
+    """Return a number, 0 for what Blender made of constants that have no result, as 1 / 0."""
+    return float(number) if math.isfinite(number) else 0.0
 
 
 def _carry(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> Socket:
@@ -222,6 +266,22 @@ def _carry(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> Socket
     else:
         carrier = Node(kind, source.name, properties={output: value})
     return Link(carrier, output, _constant(target))
+
+
+def _nothing(default: Socket) -> Socket:
+    """Return what an input gets from where nothing is: 0, if it is a number."""
+    if isinstance(default, tuple):
+        return (0.0, 0.0, 0.0)
+    return 0.0 if isinstance(default, float) else default
+
+
+def _is_number(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> bool:
+    return target.type == "SHADER" and source.type not in ("SHADER", "CUSTOM")
+
+
+def _shining(number: Link, node: bpy.types.Node) -> Link:
+    """Return what a number is that feeds a shader: it shines."""
+    return Link(Node("Emission", node.name, {"Color": number, "Strength": 1.0}), "Emission")
 
 
 def _bypass(node: bpy.types.Node, output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
@@ -274,9 +334,28 @@ def _properties(node: bpy.types.Node, images: Images) -> Iterator[tuple[str, Any
         yield "is_extended", node.mapping.extend == "EXTRAPOLATED"
     if node.bl_idname == "ShaderNodeTexCoord" and node.object is not None:
         yield "object", tuple(number for row in node.object.matrix_world[:3] for number in row)
+    if node.bl_idname == "GeometryNodeInputSceneTime":
+        yield from images.moment.items()
+    if node.bl_idname == "ShaderNodeTexIES":
+        yield "text", _ies_text(node)
     if node.bl_idname in _COLOUR_MAKERS:
         yield "working_space", working_space()
         yield "config", configuration()
     if node.bl_idname in ("ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeNormal"):
         output = node.outputs[0]
         yield output.identifier, _constant(output)
+    if node.bl_idname in _HELD:
+        output, name = _HELD[node.bl_idname]
+        value = getattr(node, name)
+        yield output, tuple(map(_finite, value)) if name == "vector" else value
+
+
+def _ies_text(node: bpy.types.ShaderNodeTexIES) -> str | None:
+    """Return what the IES file or text of a node says, None if there is none."""
+    if node.mode == "INTERNAL":
+        return None if node.ies is None else node.ies.as_string()
+    path = bpy.path.abspath(node.filepath, library=node.id_data.library)
+    try:
+        return pathlib.Path(path).read_text(encoding="latin-1")
+    except OSError:
+        return None  # the core notes that there is no profile

@@ -23,7 +23,7 @@ from ..statistics import Tally
 from . import embree
 from .layers import compile_layers
 from .mesh import Triangles
-from .objects import Traits
+from .objects import PLAIN, Traits
 from .part import FAR, Hits, Part, Sets, no_hits
 from .walk import Passage, Shade, walk
 
@@ -31,7 +31,7 @@ CHUNK = 1 << 18  # triangles uploaded per call: about 0.15 s, in which nobody el
 
 Kinds = NDArray[np.uint8]  # (N,) bits of ray kinds
 
-__all__ = ["FAR", "Accel", "Hits", "Part", "Shade", "compile_accel"]
+__all__ = ["FAR", "Accel", "Hits", "Part", "Shade", "compile_accel", "compile_own"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +211,23 @@ def compile_accel(
         else:
             parts.append(_part(device, triangles, traits, is_quick, should_stop, number))
     return Accel(tuple(parts), triangles), perf_counter() - start
+
+
+def compile_own(
+    accel: Accel,
+    instances: NDArray[np.bool_],
+    is_quick: bool,
+    should_stop: Callable[[], bool],
+) -> Accel:
+    """Return the triangles of some `instances` (I,) as one part, which all rays see.
+
+    Raises: Cancelled.
+    """
+    triangles = accel.triangles
+    number = np.flatnonzero(instances.take(triangles.ids[:, 2])).astype(np.int32)
+    device = rtcore.EmbreeDevice()
+    part = _part(device, triangles, PLAIN, is_quick, should_stop, number)
+    return Accel((part,), triangles)
 
 
 def _part(

@@ -7,12 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Vec
-from ..scene import Instance
+from ..scene import Instance, Particle
 
 # Rows of `Spaces.facts`, what shaders may ask of an object besides: first of vectors, then numbers
 LOCATION, COLOUR, ORCO, UV = 0, 3, 6, 9
 ALPHA, NUMBER, RANDOM, MIRRORED = 12, 13, 14, 15
 FACTS = 16
+
+# Rows of `Spaces.particles`: first of vectors, then numbers
+P_LOCATION, P_VELOCITY, P_TURN, P_INDEX, P_AGE, P_LIFETIME, P_SIZE = 0, 3, 6, 9, 10, 11, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +25,8 @@ class Spaces:
     to_texture (I, 12): from positions about the local origin to the object's texture space, whose
     box is -1 to 1; to_object and from_object (I, 12): between positions about the local origin
     and the object's own; normals (I, 9): from normals of the object to those of the world, any
-    length; facts (FACTS, I): see LOCATION ... MIRRORED.
+    length; facts (FACTS, I): see LOCATION ... MIRRORED; particles (13, I): see P_LOCATION ...
+    P_SIZE, None where no particle shows anything.
     """
 
     to_texture: NDArray[np.float32]
@@ -30,6 +34,7 @@ class Spaces:
     from_object: NDArray[np.float32]
     normals: NDArray[np.float32]
     facts: NDArray[np.float32]
+    particles: NDArray[np.float32] | None = None
 
     def in_texture_space(self, position: Vec, instance: Ids) -> Vec:
         """Return positions (3, N) in the texture spaces of their objects (N,)."""
@@ -113,4 +118,17 @@ def compile_spaces(instances: Sequence[Instance], origin: NDArray[np.float64]) -
         )
     matrices = (to_texture, to_object, from_object)
     a, b, c = (matrix.reshape(-1, 12).astype(F32) for matrix in matrices)
-    return Spaces(a, b, c, normals.reshape(-1, 9).astype(F32), facts)
+    particles = _particles(instances)
+    return Spaces(a, b, c, normals.reshape(-1, 9).astype(F32), facts, particles)
+
+
+def _particles(instances: Sequence[Instance]) -> NDArray[np.float32] | None:
+    found = [instance.label.particle for instance in instances]
+    if not any(found):
+        return None
+    none = Particle()
+    rows = [
+        (*p.location, *p.velocity, *p.angular_velocity, p.index, p.age, p.lifetime, p.size)
+        for p in (particle or none for particle in found)
+    ]
+    return np.ascontiguousarray(np.array(rows, F32).T)

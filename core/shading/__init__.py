@@ -5,17 +5,23 @@ from .context import Arrival, Place
 from .displacement import displace
 from .graph import Library, images_below, output_of
 from .lamps import LampShaders, fold_lamps
+from .nodes.traced import SHARP
 from .rules import Rules
 from .surface import Surface
 from .surfaces import compile_surface
+from .tracing import EVERYWHERE, OWN, Probe, compile_tracer
 from .world import WorldShader, compile_world
 
 __all__ = [
+    "EVERYWHERE",
+    "OWN",
     "Arrival",
     "LampShaders",
     "Library",
     "LobeAt",
+    "SHARP",
     "Place",
+    "Probe",
     "Rules",
     "Shaded",
     "Surface",
@@ -25,6 +31,7 @@ __all__ = [
     "columns",
     "compile_surface",
     "compile_table",
+    "compile_tracer",
     "compile_world",
     "displace",
     "fold_lamps",

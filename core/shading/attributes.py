@@ -6,7 +6,17 @@ import numpy as np
 
 from ..arrays import F32, Vec, cross, dot, normalize
 from ..geometry.attributes import ALPHA, VECTOR, Asked
-from ..scene import ACTIVE_COLOUR, ACTIVE_UV, PROPERTIES, SHARP, Link, Material, Node
+from ..scene import (
+    ACTIVE_COLOUR,
+    ACTIVE_UV,
+    ISLAND,
+    POINTINESS,
+    PROPERTIES,
+    SHARP,
+    Link,
+    Material,
+    Node,
+)
 from . import values
 from .context import Context
 from .graph import links_below, output_of
@@ -49,6 +59,13 @@ ASKS: dict[str, Callable[[Node], str | None]] = {
 }
 
 
+# Output of Volume Info -> the attribute that it is
+VOLUME_INFO = {name: name.lower() for name in ("Color", "Density", "Flame", "Temperature")}
+
+# Output of Geometry -> the attribute that it is
+OF_MESH = {"Pointiness": POINTINESS, "Random Per Island": ISLAND}
+
+
 def attributes_wanted(material: Material) -> frozenset[str]:
     """Return the names of all attributes that a material may ask for."""
     names: set[str | None] = {SHARP} if material.moves else set()
@@ -58,6 +75,10 @@ def attributes_wanted(material: Material) -> frozenset[str]:
             names.add(asks(link.node))
         elif link.node.kind == "TexCoord" and link.output == "UV":
             names.add(uv_map(link.node))
+        elif link.node.kind == "VolumeInfo":
+            names.add(VOLUME_INFO.get(link.output))
+        elif link.node.kind == "NewGeometry":
+            names.add(OF_MESH.get(link.output))
     return frozenset(name for name in names if name)
 
 

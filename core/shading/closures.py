@@ -23,6 +23,7 @@ from .program import Program, merge, structure
 from .spaces import READS_SPACES
 from .surface import Lobe, Surface
 from .telling import tells_kinds
+from .tracing import looks
 from .values import Array, Value, walk
 
 
@@ -257,6 +258,7 @@ class SurfaceTable:
     attributes: frozenset[Asked] = frozenset()
     place: Place = NOWHERE
     blurred: "SurfaceTable | None" = None
+    reach: NDArray[np.uint8] | None = None  # how far each material looks (M,), see `tracing`
     shown: tuple[str, ...] = ()
 
     def asking(self, asked: Asked) -> "SurfaceTable":
@@ -466,8 +468,15 @@ def compile_table(surfaces: Sequence[Surface], shown: tuple[str, ...] = ()) -> S
         any(reader(item)[0] in READS_SPACES for recipe in recipes for item in recipe.program.order),
         any(tells_kinds(recipe.program.order) for recipe in recipes),
         frozenset(asked for recipe in recipes for asked in asked_by(recipe.program.order)),
+        reach=_reach(recipes, program),
         shown=shown,
     )
+
+
+def _reach(recipes: Sequence[Recipe], program: Ids) -> NDArray[np.uint8] | None:
+    """Return how far the shaders of materials look (M,), None if none looks around."""
+    reach = [max((looks(*reader(i)) for i in r.program.order), default=0) for r in recipes]
+    return np.array(reach, np.uint8).take(program) if any(reach) else None
 
 
 def _plain(values: list[Value | None]) -> NDArray[np.float32] | None:

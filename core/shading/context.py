@@ -21,6 +21,7 @@ from ..geometry.spaces import Spaces
 from ..geometry.surface import Points
 from ..geometry.view import View
 from ..scene import REST
+from .tracing import Probe, Tracer
 
 NEVER = np.finfo(np.float32).max  # the length of rays that meet nothing, as in Cycles
 
@@ -34,7 +35,7 @@ class Arrival:
     glossy and transmission bounces before this point, None if all are `depth` diffuse ones;
     total (N,) all bounces, or one number for all, None is `depth`; passed (N,) transparent
     surfaces before this point, None is 0; blur (N,) least roughness that filter glossy asks for,
-    None is 0.
+    None is 0; probe: what shaders need that trace rays, None where none does, or may.
     """
 
     kind: NDArray[np.uint8] | int = CAMERA
@@ -44,14 +45,16 @@ class Arrival:
     total: NDArray[np.int16] | int | None = None
     passed: NDArray[np.int16] | None = None
     blur: Scalar | None = None
+    probe: Probe | None = None
 
     def take(self, index: Index) -> "Arrival":
         """Return how the rays at `index` (M,) came."""
         kind = self.kind if isinstance(self.kind, int) else self.kind.take(index)
         total = self.total if isinstance(self.total, int) else take(self.total, index)
-        rest = (take(each, index) for each in (self.passed, self.blur))
+        passed, blur = take(self.passed, index), take(self.blur, index)
         length, count = take(self.length, index), take(self.count, index)
-        return Arrival(kind, self.depth, length, count, total, *rest)
+        probe = None if self.probe is None else self.probe.take(index)
+        return Arrival(kind, self.depth, length, count, total, passed, blur, probe)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,7 @@ class Place:
     triangles: Triangles | None = None
     spread: tuple[float, float] = (0.0, 1e-3)
     attributes: Attributes = field(default_factory=dict)
+    tracer: Tracer | None = None
 
 
 NOWHERE = Place(np.zeros((3, 1), F32))
@@ -160,6 +164,14 @@ class Context:
         """Return what is known of the objects, (n,) or (3, n), see `geometry.spaces`."""
         facts = self.spaces.facts
         return (facts[row : row + 3] if is_vector else facts[row]).take(self.instance, axis=-1)
+
+    def particle(self, row: int, is_vector: bool = False) -> NDArray[np.float32]:
+        """Return what is known of the particles that show the objects, (n,) or (3, n); else 0."""
+        particles = self.spaces.particles
+        if particles is None:
+            return np.zeros((3, 1) if is_vector else 1, F32)
+        rows = particles[row : row + 3] if is_vector else particles[row]
+        return rows.take(self.instance, axis=-1)
 
     @cached_property
     def seen(self) -> Vec:
@@ -288,7 +300,8 @@ class Context:
                 du, dv = self.place.triangles.barycentric(points.triangle, back)
                 u, v = u + du, v + dv
             moved = replace(points, position=points.position + way, u=u, v=v)
-            self._beside[key] = Context(moved, self.arrival, None, self.place)
+            arrival = self.arrival if self.index is None else self.arrival.take(self.index)
+            self._beside[key] = Context(moved, arrival, None, self.place)
         return self._beside[key]
 
     def around(self, axis: int) -> Vec:

@@ -60,8 +60,9 @@ class Graph:
 
     A node's output is made once, however many sockets it feeds.  root: the shader that all belongs
     to; material_index: the number that the user gave the material; bump_width [pixels]: how far
-    beside the hit heights are looked at; discs: of suns in the sky; finest: width and height of the
-    largest picture of the surroundings.
+    beside the hit heights are looked at; discs: of suns in the sky; far: how far Ambient Occlusion
+    looks that does not say so [m]; finest: width and height of the largest picture of the
+    surroundings.
     """
 
     def __init__(
@@ -77,6 +78,7 @@ class Graph:
         self.discs: tuple[Disc, ...] = ()
         self.finest = (0, 0)
         self.material_index = 0
+        self.far = np.inf
         self.bump_width = 0.1
         self._table = table
         self._root = root

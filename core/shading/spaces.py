@@ -11,7 +11,7 @@ from .nodes.coordinates import (
 from .nodes.hit import radial_tangent
 from .nodes.image import boxed
 from .nodes.normals import displaced_in_object, mapped_in_object
-from .nodes.objects import fact
+from .nodes.objects import fact, particle
 from .nodes.triangle import parametric
 from .normals import bumped_in_object
 from .tangents import around_z
@@ -33,6 +33,7 @@ READS_SPACES = frozenset(
         object_position,
         out_of_object,
         parametric,
+        particle,
         radial_tangent,
     }
 )

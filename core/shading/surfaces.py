@@ -26,6 +26,7 @@ def compile_surface(
     """Return what a material does with light; None is Blender's default surface."""
     root = None if material is None else output_of(material)
     surface = Surface(Graph(owner, NODES, library, root), rules)
+    surface.graph.far = rules.occlusion_distance
     if material is None:
         surface.add("diffuse", constant((0.8, 0.8, 0.8)))
     else:

@@ -57,6 +57,8 @@ class WorldContext(Context):
         """Return zeros: there is no object."""
         return np.zeros((3, 1) if is_vector else 1, F32)
 
+    particle = fact
+
     def around(self, axis: int) -> Vec:
         """Return zeros: there is no object to run around."""
         return np.zeros((3, self.size), F32)

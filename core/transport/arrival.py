@@ -6,12 +6,23 @@ from ..arrays import F32
 from ..bsdf import CAMERA
 from ..geometry.surface import Points
 from ..plan import Plan
-from ..shading import Arrival
+from ..sampling.draws import Draws
+from ..shading import SHARP, Arrival, Probe
+from ..statistics import Tally
 from .state import Paths
 
 
-def describe(plan: Plan, paths: Paths, depth: int) -> Arrival:
-    """Return how paths arrive, `depth` surfaces after the camera."""
+def describe(
+    plan: Plan,
+    paths: Paths,
+    depth: int,
+    draws: Draws | None = None,
+    tally: Tally | None = None,
+) -> Arrival:
+    """Return how paths arrive, `depth` surfaces after the camera.
+
+    With `draws` and `tally` shaders may trace rays of their own.
+    """
     blur = None
     if plan.blur_glossy > 0 and paths.least_pdf is not None:
         # Blender's measure: the less likely the path so far, the rougher what it meets.
@@ -25,7 +36,15 @@ def describe(plan: Plan, paths: Paths, depth: int) -> Arrival:
         paths.total,
         paths.passed,
         blur,
+        None if plan.surfaces.reach is None else _probe(paths, depth, draws, tally),
     )
+
+
+def _probe(paths: Paths, depth: int, draws: Draws | None, tally: Tally | None) -> Probe | None:
+    if draws is None or tally is None:
+        return None
+    least = paths.least_pdf
+    return Probe(draws, paths.slot, depth, tally, None if least is None else least >= SHARP)
 
 
 def at_lamps(paths: Paths, depth: int) -> Arrival:

@@ -116,11 +116,11 @@ def _bounce(
     tally: Tally,
 ) -> tuple[Rays, Paths, Draws]:
     """Add the light that paths get at points; return how they go on."""
-    arrival = describe(plan, paths, depth)
+    arrival = describe(plan, paths, depth, draws, tally)
     points = plan.surfaces.bend(points, arrival)
     paths, points, held = hold_out(plan, paths, points)
     if held is not None:
-        arrival = describe(plan, paths, depth)
+        arrival = describe(plan, paths, depth, draws, tally)
     tally.lap("surface")
     emission.add_emission(plan, paths, points, arrival, depth, radiance)
     add_holdout(plan, paths, points, arrival, radiance)
@@ -128,11 +128,11 @@ def _bounce(
     # Paths at the end of their bounces, or at objects held out, only look through what they meet.
     paths, points, ended = retire(plan, paths, points)
     if held is not None:
-        held = add_held_out(plan, *held, describe(plan, held[0], depth), radiance)
+        held = add_held_out(plan, *held, describe(plan, held[0], depth, draws, tally), radiance)
     pieces = []
     for some in (ended, held):
         if some is not None:
-            arrival = describe(plan, some[0], depth)
+            arrival = describe(plan, some[0], depth, draws, tally)
             piece = pass_straight(plan, *some, arrival, draws, depth, tally)
             pieces += [] if piece is None else [piece]
     if not paths.size and not pieces:
@@ -144,7 +144,7 @@ def _bounce(
     shaded: tuple[Shaded, ...] = ()
     if paths.size:
         points = _placed(plan, points, depth)
-        arrival = describe(plan, paths, depth)
+        arrival = describe(plan, paths, depth, draws, tally)
         shaded = plan.surfaces.shade(  # points -> closures
             points, arrival, paths.throughput, not splits_lobes(plan, depth), plan.mixes_kinds
         )

@@ -395,7 +395,7 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
     pdf = least = None
     if plan.needs_pdf:
         pdf = np.full(size, np.inf, F32) if branch.pdf is None else branch.pdf
-    if plan.blur_glossy > 0:
+    if plan.weighs_paths:
         assert pdf is not None
         least = pdf if label is None else label.pdf
         least = least if paths.least_pdf is None else np.minimum(paths.least_pdf, least)
@@ -482,7 +482,7 @@ def _straight(plan: Plan, branch: Branch, depth: int) -> Paths:
         None if plan.kind_limits is None else kept(paths.count, np.zeros((3, size), np.int16)),
         kept(paths.last, np.zeros(size, bool)),
         kept(paths.pdf, np.full(size, np.inf, F32)) if plan.needs_pdf else None,
-        kept(paths.least_pdf, np.full(size, np.inf, F32)) if plan.blur_glossy > 0 else None,
+        kept(paths.least_pdf, np.full(size, np.inf, F32)) if plan.weighs_paths else None,
         kept(paths.place, np.zeros(size, np.int32)) if plan.needs_place else None,
         kept(paths.receiver, np.zeros(size, np.uint8)) if plan.links_lights else None,
         kept(paths.total, np.zeros(size, np.int16)),

@@ -83,7 +83,7 @@ def render_and_look_up(path, cases):
     import bpy
     from inside import pixels
 
-    from penumbra.addon.export.materials import active_tree, export_tree
+    from penumbra.addon.export.materials import export_tree
     from penumbra.core.arrays import F32
     from penumbra.core.images import MAGENTA
     from penumbra.core.images.files import load_image
@@ -100,7 +100,7 @@ def render_and_look_up(path, cases):
         scene = bpy.context.scene
         node = world_of(path, case)
         notes = []
-        background = export_tree(active_tree(scene.world), "World", notes)
+        background = export_tree(scene.world, "World", notes)
         properties = background.inputs["Color"].node.properties
         source = properties["image"]
         image = load_image(source, notes) if source else MAGENTA
@@ -212,7 +212,7 @@ def skies():
     """Return the properties of an exported Sky Texture."""
     import bpy
 
-    from penumbra.addon.export.materials import active_tree, export_tree
+    from penumbra.addon.export.materials import export_tree
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     world = bpy.data.worlds.new("World")
@@ -223,7 +223,7 @@ def skies():
     sky.sun_direction = (0, 1, 0)
     background = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBackground")
     tree.links.new(sky.outputs[0], background.inputs[0])
-    node = export_tree(active_tree(world), "World", []).inputs["Color"].node
+    node = export_tree(world, "World", []).inputs["Color"].node
     return dict(node.properties)
 
 

@@ -61,6 +61,12 @@ def images():
         rows[f"unlinked {shape}"] = picture("byte", "Color", shape)
     for projection in ("SPHERE", "TUBE"):
         rows[projection] = picture("byte", projection=projection, Vector="aside")
+    for interpolation in ("Linear", "Closest", "Cubic", "Smart"):
+        for projection in ("EQUIRECTANGULAR", "MIRROR_BALL"):
+            how = {"interpolation": interpolation, "projection": projection, "Vector": "aside"}
+            rows[f"{projection} {interpolation}"] = row(
+                "TexEnvironment", "Color", image="byte", **how
+            )
     for where in ("wide", "tiles"):
         rows[f"tiles {where}"] = picture("tiles", Vector=where)
         how = {"projection": "BOX", "Vector": where}
@@ -84,6 +90,12 @@ def normals():
         for space in ("TANGENT", "OBJECT"):
             how = {"space": space, "Color": "P", "Strength": strength}
             rows[f"map {space} {strength}"] = row("NormalMap", "Normal", "smooth", **how)
+    for shape in ("bent", "smooth", "mirrored", "plain", "behind", "smooth behind"):
+        how = {"space": "TANGENT", "Vector": "P", "Midlevel": 0.2, "Scale": 1.7}
+        rows[f"displacement {shape}"] = row("VectorDisplacement", "Displacement", shape, **how)
+    for convention in ("OPENGL", "DIRECTX"):
+        how = {"convention": convention, "Color": "P"}
+        rows[f"map {convention}"] = row("NormalMap", "Normal", "smooth", **how)
     rows["map second"] = row("NormalMap", "Normal", "smooth", uv_map="Second", Color="P")
     rows["map nowhere"] = row("NormalMap", "Normal", "smooth", uv_map="Nowhere", Color="P")
     for shape in ("bent", "smooth", "mirrored", "bare"):

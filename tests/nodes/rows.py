@@ -6,6 +6,7 @@ and Q colours from 0 to 1, a, b, c numbers of either sign, p from 0 to 1.
 
 from typing import Any, NamedTuple
 
+from penumbra.core.shading.nodes.hit import LIGHT_PATH
 from penumbra.core.shading.nodes.math import MATH
 from penumbra.core.shading.nodes.mix import BLENDS, PLAIN_BLENDS
 from penumbra.core.shading.nodes.vectors import NUMBERS, VECTOR_MATH
@@ -148,6 +149,12 @@ def colours() -> list[Row]:
         rows.append(Row("colour", "Gamma", "Color", {"Color": colour, "Gamma": 0.0}))
         rows.append(Row("colour", "Invert", "Color", {"Color": colour, "Fac": "p"}))
         rows.append(Row("colour", "RGBToBW", "Val", {"Color": colour}))
+        rows.append(Row("old", "CombineHSV", "Color", {"H": "p", "S": "p2", "V": 0.4}))
+        rows.append(Row("old", "CombineRGB", "Image", {"R": "a", "G": "p2", "B": 0.4}))
+        for part in "HSV":
+            rows.append(Row("old", "SeparateHSV", part, {"Color": colour}, scale=0.1))
+        for part in "RGB":
+            rows.append(Row("old", "SeparateRGB", part, {"Image": colour}))
         for mode in ("RGB", "HSV", "HSL"):
             parts = {"Red": "a" if colour == "A" else "p", "Green": "p2", "Blue": 0.4}
             rows.append(Row("colour", "CombineColor", "Color", parts, {"mode": mode}))
@@ -178,6 +185,10 @@ def ramps() -> list[Row]:
         rows.append(Row("ramp", "FloatCurve", "Value", curve, setup=f"curves {extend}"))
     for low, high in ((370.0, 480.0), (470.0, 580.0), (560.0, 700.0), (690.0, 800.0)):
         rows.append(Row("ramp", "Wavelength", "Color", setup=f"span {low} {high}"))
+    for low, high in ((500.0, 1100.0), (900.0, 3000.0), (2500.0, 13000.0)):
+        rows.append(Row("ramp", "Blackbody", "Color", setup=f"span {low} {high}", scale=0.1))
+    for kind, output in (("Value", "Value"), ("RGB", "Color")):
+        rows.append(Row("ramp", kind, output, setup="held"))
     return rows
 
 
@@ -210,6 +221,14 @@ def places() -> list[Row]:
         for pixels, size in ((False, 0.05), (True, 3.0)):
             choice = {"use_pixel_size": pixels}
             rows.append(Row("place", "Wireframe", "Fac", {"Size": size}, choice, thing))
+        moved = {"Height": 0.8, "Midlevel": 0.3, "Scale": 1.7}
+        for space in ("OBJECT", "WORLD"):
+            choice = {"space": space}
+            rows.append(Row("place", "Displacement", "Displacement", moved, choice, thing))
+        moved = {"Vector": (0.7, 0.4, -0.6), "Midlevel": 0.2, "Scale": 1.7}
+        for space in ("OBJECT", "WORLD"):  # those of tangents are among `carried_rows`
+            choice = {"space": space}
+            rows.append(Row("place", "VectorDisplacement", "Displacement", moved, choice, thing))
         for output in ("Location", "Color", "Alpha", "Object Index", "Material Index", "Random"):
             rows.append(Row("object", "ObjectInfo", output, thing=thing))
     for output in ("Location", "Color", "Alpha", "Object Index", "Material Index", "Random"):
@@ -223,7 +242,75 @@ def places() -> list[Row]:
     return rows
 
 
-ROWS = {"numbers": [*numbers(), *colours()], "places": places()}
+def others() -> list[Row]:
+    """Return rows of what is neither, and of nodes that Cycles does not know itself."""
+    rows = []
+    for thing in ("tilted", "islands"):
+        for output in ("Pointiness", "Random Per Island"):
+            rows.append(Row("object", "NewGeometry", output, thing=thing))
+    for thing in ("tilted", "behind"):
+        rows.append(Row("object", "NewGeometry", "Backfacing", thing=thing))
+    outputs = {
+        "HairInfo": ("Is Strand", "Intercept", "Length", "Thickness", "Tangent Normal", "Random"),
+        "PointInfo": ("Position", "Radius", "Random"),
+        "VolumeInfo": ("Color", "Density", "Flame", "Temperature"),
+    }
+    for kind, names in outputs.items():
+        rows += [Row("object", kind, name, thing="tilted", scale=0.01) for name in names]
+    for output in ("Quadratic", "Linear", "Constant"):
+        for smooth in (0.0, 2.0):
+            inputs = {"Strength": 0.02, "Smooth": smooth}
+            rows.append(Row("object", "LightFalloff", output, inputs, thing="tilted"))
+    for output in LIGHT_PATH:
+        rows.append(Row("object", "LightPath", output, thing="tilted"))
+    for kind in "CBA":
+        for mode in ("INTERNAL", "EXTERNAL"):
+            for shape in ("half", "whole"):
+                setup = f"ies {kind} {shape}"
+                inputs, choice = {"Vector": "A", "Strength": "p"}, {"mode": mode}
+                rows.append(Row("object", "TexIES", "Fac", inputs, choice, "plane", setup))
+    rows.append(Row("object", "TexIES", "Fac", {"Vector": "A"}, setup="ies C quarter"))
+    rows.append(Row("object", "TexIES", "Fac", {"Vector": "A"}, {"mode": "EXTERNAL"}, scale=0.01))
+    rows.append(Row("object", "TexIES", "Fac", {"Vector": "A"}, scale=0.01))
+    for output in ("Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"):
+        for local in (False, True):
+            direction = {"Direction": (-0.9, 0.3, 0.25), "Length": 1.3}
+            choice = {"only_local": local}
+            rows.append(Row("object", "Raycast", output, direction, choice, "tilted"))
+    for kind in ("InputBool", "InputInt", "InputVector"):
+        output = {"InputBool": "Boolean", "InputInt": "Integer"}.get(kind, "Vector")
+        rows.append(Row("zone", f"FunctionNode{kind}", output, setup="constant"))
+    rows.append(Row("zone", "FunctionNodeInputMenu", "Menu", setup="menu"))
+    for kind in ("FLOAT", "INT", "BOOLEAN", "VECTOR", "RGBA"):
+        inputs = {"Item_0": "p", "Item_1": "P"}
+        choice = {"data_type": kind}
+        rows.append(Row("zone", "GeometryNodeMenuSwitch", "Output", inputs, choice))
+    rows.append(Row("zone", "GeometryNodeMenuSwitch", "Item_0"))
+    rows.append(Row("zone", "GeometryNodeMenuSwitch", "Item_1"))
+    for output in ("Frame", "Seconds"):
+        rows.append(Row("zone", "GeometryNodeInputSceneTime", output, scale=0.1))
+    for kind in ("repeat", "closure", "bundle"):
+        rows.append(Row("zone", "Value", "Value", setup=kind))
+    for kind, output in UNKNOWN:
+        rows.append(Row("unknown", kind, output))
+    return rows
+
+
+# What Cycles does not know: the input that it feeds keeps its own value
+UNKNOWN = (
+    ("Squeeze", "Value"),
+    ("ShaderToRGB", "Color"),
+    ("ShaderToRGB", "Alpha"),
+    ("UVAlongStroke", "UV"),
+)
+# Nodes of `zone` rows that a setup puts beside the one that is looked at
+BESIDE = {
+    "repeat": ("GeometryNodeRepeatInput", "GeometryNodeRepeatOutput"),
+    "closure": ("NodeClosureInput", "NodeClosureOutput", "NodeEvaluateClosure"),
+    "bundle": ("NodeCombineBundle", "NodeJoinBundle", "NodeSeparateBundle"),
+}
+
+ROWS = {"numbers": [*numbers(), *colours()], "places": places(), "others": others()}
 WORLD_ROWS = [
     *(Row("world", "TexCoord", o) for o in ("Generated", "Normal", "Object", "Camera", "Window")),
     Row("world", "TexCoord", "Reflection"),

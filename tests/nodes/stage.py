@@ -9,6 +9,7 @@ import math
 import bpy
 import numpy as np
 
+from . import zones
 from .rows import OFFSET, TILE
 
 SIDE = 0.4  # of a tile [m]
@@ -31,6 +32,8 @@ def render(rows, folder, camera="ORTHO", size=TILE):
     penumbra.register()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
+    scene.frame_set(7)
+    scene.render.fps, scene.render.fps_base = 30, 1.5
     across = math.ceil(math.sqrt(len(rows)))
     down = math.ceil(len(rows) / across)
     other = bpy.data.objects.new("Other", None)
@@ -107,7 +110,12 @@ def put(row, k, at, other):
     if not is_plane:
         points = [(x, y, z * h) for (x, y, _), z in zip(points, (0, 0.3, 0.7, 0.1), strict=True)]
     mesh = bpy.data.meshes.new(f"Mesh {k}")
-    mesh.from_pydata(points, [], [(0, 1, 2, 3)] if is_plane else [(0, 1, 2), (0, 2, 3)])
+    faces = [(0, 1, 2, 3)] if is_plane else [(0, 1, 2), (0, 2, 3)]
+    if row.thing == "islands":
+        points, faces = points + [points[0], points[2]], [(0, 1, 2), (4, 5, 3)]
+    elif row.thing == "behind":
+        faces = [face[::-1] for face in faces]
+    mesh.from_pydata(points, [], faces)
     mesh.polygons.foreach_set("use_smooth", [row.thing == "smooth"] * len(mesh.polygons))
     thing = bpy.data.objects.new(f"Tile {k} é", mesh)
     thing.location = at
@@ -123,7 +131,7 @@ def put(row, k, at, other):
     tree = with_nodes(material)
     try:
         show(tree, plant(tree, row, other), row, "Emission", "OutputMaterial")
-    except (TypeError, RuntimeError, KeyError):
+    except (TypeError, RuntimeError, KeyError, StopIteration):
         return
     bpy.context.scene.collection.objects.link(thing)
 
@@ -154,7 +162,7 @@ def with_nodes(datablock):
 
 def plant(tree, row, other):
     """Put the row's node into a tree, with what feeds it; return its output."""
-    node = tree.nodes.new(f"ShaderNode{row.kind}")
+    node = tree.nodes.new(full_name(row.kind))
     for name, value in row.properties.items():
         setattr(node, name, value)
     fields = {}
@@ -178,9 +186,21 @@ def plant(tree, row, other):
         tree.links.new(number, node.inputs[0])
     elif word == "tilted_normal":
         node.outputs[0].default_value = (0.36, 0.48, 0.8)
+    elif word == "held":
+        held = node.outputs[0]
+        held.default_value = -0.7 if held.type == "VALUE" else (0.3, 1.4, 0.2, 1.0)
     elif word == "other_object":
         node.object = other
+    elif word:
+        return zones.SETUPS[word](tree, node, lambda name: field(tree, name, fields), *rest)
     return next(socket for socket in node.outputs if socket.identifier == row.output)
+
+
+def full_name(kind):
+    """Return what Blender calls a kind of node."""
+    return (
+        kind if kind.startswith(("Node", "FunctionNode", "GeometryNode")) else f"ShaderNode{kind}"
+    )
 
 
 def field(tree, name, known):

@@ -5,10 +5,17 @@ its tile.  Where the output varies over a pixel, both may differ by as much as i
 hundredths of a pixel between their samples.  What differs is in KNOWN, with its cause.
 """
 
+from importlib.metadata import PackageNotFoundError, version
+
 import numpy as np
 import pytest
 
 from penumbra.tests.nodes.rows import OFFSET, ROWS, TILE, WORLD_ROWS
+
+try:
+    BLENDER = tuple(int(part) for part in version("bpy").split(".")[:2])
+except PackageNotFoundError:
+    BLENDER = (0, 0)  # the fixture skips
 
 TOLERANCE = 1e-3
 
@@ -30,26 +37,9 @@ def render_all(folder):
         "numbers": stage.render(ROWS["numbers"], folder),
         "places": stage.render(ROWS["places"], folder, size=FINE),
         "perspective": stage.render(ROWS["places"], folder, "PERSP", size=FINE),
+        "others": stage.render(ROWS["others"], folder, size=FINE),
         "worlds": stage.render_worlds(WORLD_ROWS, folder),
     }
-
-
-def enums():
-    """Return what Blender lets one choose, by node and property."""
-    import bpy
-
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    tree = bpy.data.node_groups.new("Tree", "ShaderNodeTree")
-    choices = {}
-    for kind in {row.kind for rows in (*ROWS.values(), WORLD_ROWS) for row in rows}:
-        node = tree.nodes.new(f"ShaderNode{kind}")
-        common = bpy.types.ShaderNode.bl_rna.properties
-        for prop in node.bl_rna.properties:
-            if prop.type == "ENUM" and prop.identifier not in common:
-                items = {item.identifier for item in prop.enum_items} - {""}
-                choices[kind, prop.identifier] = items
-        choices[kind, "outputs"] = {output.identifier for output in node.outputs}
-    return choices
 
 
 @pytest.fixture(scope="module")
@@ -91,39 +81,27 @@ def worst(theirs, ours, row):
     return float(miss[seen].max(initial=0)), int(seen.sum())
 
 
-@pytest.mark.parametrize("picture", ["numbers", "places", "perspective", "worlds"])
+def is_unknown(row):
+    """Tell whether this Blender has not the node of a row, yet or any more."""
+    if BLENDER >= (5, 0):
+        return row.family == "old"
+    return row.family == "zone" or row.kind == "Raycast"
+
+
+@pytest.mark.parametrize("picture", ["numbers", "places", "perspective", "others", "worlds"])
 def test_every_node_has_the_numbers_of_cycles(pictures, picture):
     rows = WORLD_ROWS if picture == "worlds" else ROWS[picture.replace("perspective", "places")]
-    size = FINE if picture in ("places", "perspective") else TILE
+    size = FINE if picture in ("places", "perspective", "others") else TILE
     theirs, ours = pictures[picture]
     misses, compared = {}, 0
     for number, row in enumerate(rows):
         miss, pixels = worst(tile(theirs, number, size), tile(ours, number, size), row)
         compared += pixels
-        assert pixels > 8 or picture in ("perspective", "numbers")
+        assert pixels > 8 or picture in ("perspective", "numbers") or is_unknown(row)
         if not miss <= TOLERANCE and row.name not in KNOWN:
             misses[f"{row.name} ({number})"] = miss
     assert not misses
     assert compared > (0.9 if picture == "numbers" else 0.1) * theirs[..., 0].size
-
-
-def test_every_choice_that_blender_offers_has_a_row(blender):
-    rows = [row for some in (*ROWS.values(), WORLD_ROWS) for row in some]
-    left_out = {
-        ("Mix", "data_type"): {"ROTATION"},
-        ("Mix", "outputs"): {"Result_Rotation"},
-        ("Tangent", "direction_type"): {"UV_MAP"},
-        ("TexCoord", "outputs"): {"UV"},
-        ("NewGeometry", "outputs"): {"Pointiness", "Random Per Island", "Backfacing"},
-    }
-    for (kind, name), offered in blender(enums).items():
-        shown = {
-            row.output if name == "outputs" else row.properties.get(name)
-            for row in rows
-            if row.kind == kind
-        }
-        if shown != {None}:
-            assert offered - left_out.get((kind, name), set()) <= shown, f"{kind} {name}"
 
 
 def test_few_rows_are_known_to_differ():

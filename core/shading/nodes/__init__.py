@@ -4,7 +4,9 @@ from .attributes import CARRIED
 from .colours import COLOURS
 from .constants import CONSTANTS
 from .coordinates import PLACES
+from .elements import ELEMENTS
 from .hit import HIT
+from .ies import IES
 from .image import IMAGES
 from .lamp import LAMP
 from .light import LIGHT
@@ -16,6 +18,7 @@ from .procedural import PROCEDURAL
 from .ramps import RAMPS
 from .spectra import SPECTRA
 from .textures import TEXTURES
+from .traced import TRACED
 from .triangle import TRIANGLE
 from .turns import TURNS
 from .vectors import VECTORS
@@ -24,7 +27,9 @@ NODES = {
     **CARRIED,
     **COLOURS,
     **CONSTANTS,
+    **ELEMENTS,
     **HIT,
+    **IES,
     **IMAGES,
     **LIGHT,
     **MATHS,
@@ -36,6 +41,7 @@ NODES = {
     **RAMPS,
     **SPECTRA,
     **TEXTURES,
+    **TRACED,
     **TRIANGLE,
     **TURNS,
     **VECTORS,

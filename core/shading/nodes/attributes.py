@@ -29,7 +29,9 @@ def _uv_map(graph: Graph, node: Node, output: str) -> Value:
 def _attribute(graph: Graph, node: Node, output: str) -> Value:
     name, (part, kind) = attribute_of(node), OUTPUTS[output]
     if not name:
-        return constant(np.full(1, F32(part == ALPHA)), kind)
+        # Meshes are opaque where they carry nothing; what objects tell has no alpha of its own
+        is_opaque = part == ALPHA and graph.choice(node, "attribute_type", "GEOMETRY") == "GEOMETRY"
+        return constant(np.full(1, F32(is_opaque)), kind)
     return read_attribute(name, part, kind)
 
 

@@ -1,10 +1,10 @@
-"""node -> Value.  Nodes that hold a number: Value and RGB."""
+"""node -> Value.  Nodes that hold a number: Value, RGB, Scene Time, folded constants."""
 
 from collections.abc import Callable
 
 from ...scene import Node
 from ..graph import Graph
-from ..values import COLOUR, FLOAT, Value, constant
+from ..values import COLOUR, FLOAT, VECTOR, Value, constant
 
 
 def _held(kind: str) -> Callable[[Graph, Node, str], Value | None]:
@@ -20,4 +20,8 @@ def _held(kind: str) -> Callable[[Graph, Node, str], Value | None]:
 CONSTANTS: dict[str, Callable[[Graph, Node, str], Value | None]] = {
     "Value": _held(FLOAT),
     "RGB": _held(COLOUR),
+    "FunctionNodeInputBool": _held(FLOAT),
+    "FunctionNodeInputInt": _held(FLOAT),
+    "FunctionNodeInputVector": _held(VECTOR),
+    "GeometryNodeInputSceneTime": _held(FLOAT),
 }

@@ -6,13 +6,14 @@ import numpy as np
 
 from ...arrays import F32, cross, dot, normalize
 from ...bsdf import CAMERA, DIFFUSE, GLOSSY, SHADOW, SINGULAR, TRANSMISSION, fresnel
-from ...geometry.attributes import FRAME
+from ...geometry.attributes import FACTOR, FRAME
 from ...scene import Node
-from ..attributes import along_u, uv_map
+from ..attributes import OF_MESH, along_u, read_attribute, uv_map
 from ..context import Arrival, Context
 from ..graph import Graph
 from ..inputs import BACK, FACING, NORMAL, POSITION
 from ..values import VECTOR, Array, Value, clamp, read, step
+from .arithmetic import power
 from .triangle import PARAMETRIC
 
 NodeFunction = Callable[[Graph, Node, str], Value | None]
@@ -98,6 +99,12 @@ GEOMETRY: dict[str, Value] = {
 }
 
 
+def _geometry(graph: Graph, node: Node, output: str) -> Value | None:
+    if output in OF_MESH:
+        return read_attribute(OF_MESH[output], FACTOR)
+    return GEOMETRY.get(output)
+
+
 def _tangent(graph: Graph, node: Node, output: str) -> Value:
     if graph.choice(node, "direction_type", "RADIAL") != "RADIAL":
         return read(along_u, static=((uv_map(node), FRAME),), kind=VECTOR)
@@ -119,7 +126,8 @@ def _fresnel(graph: Graph, node: Node, output: str) -> Value:
 
 def _reflectance(ior: Array, back: Array, cosine: Array) -> Array:
     eta = np.where(back > 0, F32(1) / ior, ior)
-    return fresnel.dielectric(np.abs(cosine), eta)[0]
+    reflectance = fresnel.dielectric(np.abs(cosine), eta)[0]
+    return np.where(cosine == 0, F32(1), reflectance)  # even of what is as dense as air
 
 
 def _layer_weight(graph: Graph, node: Node, output: str) -> Value:
@@ -134,7 +142,7 @@ def _layer_weight(graph: Graph, node: Node, output: str) -> Value:
 def _facing_weight(blend: Array, cosine: Array) -> Array:
     blend = np.clip(blend, F32(0), F32(1 - 1e-5))
     exponent = np.where(blend < F32(0.5), F32(2) * blend, F32(0.5) / (F32(1) - blend))
-    return F32(1) - np.abs(cosine) ** exponent
+    return F32(1) - power(np.abs(cosine), exponent)  # normals that are linked may be long
 
 
 def _facing(graph: Graph, node: Node) -> Value:
@@ -149,7 +157,7 @@ def _cosine_at(context: Context, normal: Array) -> Array:
 
 HIT: dict[str, NodeFunction] = {
     "LightPath": _from_table(LIGHT_PATH),
-    "NewGeometry": _from_table(GEOMETRY),
+    "NewGeometry": _geometry,
     "Fresnel": _fresnel,
     "LayerWeight": _layer_weight,
     "Tangent": _tangent,

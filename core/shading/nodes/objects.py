@@ -2,12 +2,28 @@
 
 from collections.abc import Callable
 
-from ...geometry.spaces import ALPHA, COLOUR, LOCATION, NUMBER, RANDOM
+import numpy as np
+
+from ...geometry.spaces import (
+    ALPHA,
+    COLOUR,
+    LOCATION,
+    NUMBER,
+    P_AGE,
+    P_INDEX,
+    P_LIFETIME,
+    P_LOCATION,
+    P_SIZE,
+    P_TURN,
+    P_VELOCITY,
+    RANDOM,
+)
 from ...scene import Node
 from .. import values
 from ..context import Context
-from ..graph import Graph, title
-from ..values import Array, Value, constant, read
+from ..graph import Graph
+from ..textures.hashing import fractions, hash_words
+from ..values import Array, Value, constant, read, step
 
 NodeFunction = Callable[[Graph, Node, str], Value | None]
 
@@ -25,10 +41,37 @@ OBJECT_INFO: dict[str, Value] = {
     "Object Index": read(fact, static=(NUMBER, False)),
     "Random": read(fact, static=(RANDOM, False)),
 }
-PARTICLE_VECTORS = ("Location", "Velocity", "Angular Velocity")
 
-# What Blender hashes the number of no particle to
-NO_RANDOM = 0.86031246
+
+def particle(context: Context, row: int, is_vector: bool) -> Array:
+    """Return what is known of the particles that show the objects hit."""
+    return context.particle(row, is_vector)
+
+
+def _number(row: int) -> Value:
+    return read(particle, static=(row, False))
+
+
+def _vector(row: int) -> Value:
+    return read(particle, kind=values.VECTOR, static=(row, True))
+
+
+def _hashed(index: Array) -> Array:
+    whole = index.astype(np.uint32)
+    return fractions(hash_words([whole, np.zeros(1, np.uint32)]))
+
+
+# Output -> what it reads
+PARTICLE_INFO: dict[str, Value] = {
+    "Index": _number(P_INDEX),
+    "Random": step(_hashed, _number(P_INDEX)),
+    "Age": _number(P_AGE),
+    "Lifetime": _number(P_LIFETIME),
+    "Location": _vector(P_LOCATION),
+    "Size": _number(P_SIZE),
+    "Velocity": _vector(P_VELOCITY),
+    "Angular Velocity": _vector(P_TURN),
+}
 
 
 def _object_info(graph: Graph, node: Node, output: str) -> Value | None:
@@ -37,11 +80,8 @@ def _object_info(graph: Graph, node: Node, output: str) -> Value | None:
     return OBJECT_INFO.get(output)
 
 
-def _particle_info(graph: Graph, node: Node, output: str) -> Value:
-    graph.note(f"{title(node)}: particles are not known to shaders; {output} is that of none")
-    if output == "Random":
-        return constant(NO_RANDOM)
-    return constant(0.0, values.VECTOR if output in PARTICLE_VECTORS else values.FLOAT)
+def _particle_info(graph: Graph, node: Node, output: str) -> Value | None:
+    return PARTICLE_INFO.get(output)
 
 
 OBJECTS: dict[str, NodeFunction] = {

@@ -165,6 +165,7 @@ def _voronoi_step(
     numbers = detail, roughness, lacunarity, smoothness, exponent, randomness
     wanted = "Position" if output == "W" else output
     found = voronoi(_points(vector, w, dimensions), scale, *numbers, wanted, *choices)
+    found = np.nan_to_num(found)  # scales and exponents of any size may be beyond float32
     if output == "Position":
         return found[:3] if len(found) > 2 else np.stack((*found, np.zeros_like(found[0])))
     return found if output == "Color" else found[-1]
