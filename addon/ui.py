@@ -82,6 +82,8 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 # option -> is it of any use with these settings?
 ACTIVE = {
+    "adaptive_threshold": lambda settings, render: settings.use_adaptive_sampling,
+    "adaptive_min_samples": lambda settings, render: settings.use_adaptive_sampling,
     "sample_offset": lambda settings, render: settings.use_sample_subset,
     "sample_subset_length": lambda settings, render: settings.use_sample_subset,
     **dict.fromkeys(

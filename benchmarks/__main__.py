@@ -39,14 +39,15 @@ def bench_scene(
 
     # Render in turn.
     points: dict[str, list[list[dict[str, Any]]]] = {
-        e: [[] for _ in scene.samples] for e in ENGINES
+        e: [[] for _ in scene.points()] for e in ENGINES
     }
     for repeat in range(repeats):
-        for k, samples in enumerate(scene.samples):
+        for k, (samples, settings) in enumerate(scene.points()):
             for engine in ENGINES[:: 1 if (repeat + k) % 2 == 0 else -1]:
-                say(f"{scene.name}: {repeat + 1}/{repeats} {engine} {samples}")
+                at = settings.get("adaptive_threshold", samples)
+                say(f"{scene.name}: {repeat + 1}/{repeats} {engine} {at}")
                 answer, picture = workers[engine].render(
-                    engine, scene, samples, repeat + 1, threads
+                    engine, scene, samples, repeat + 1, threads, settings
                 )
                 if truth:
                     answer["squared"] = measure(picture - truth.picture, truth.picture)
@@ -65,8 +66,8 @@ def bench_scene(
     pixels = size[0] * size[1]
     result["engines"] = {
         engine: [
-            summarise(samples, runs, pixels, truth.noise if truth else None)
-            for samples, runs in zip(scene.samples, points[engine], strict=True)
+            summarise(point, runs, pixels, truth.noise if truth else None)
+            for point, runs in zip(scene.points(), points[engine], strict=True)
         ]
         for engine in ENGINES
     }
@@ -76,16 +77,23 @@ def bench_scene(
 
 
 def summarise(
-    samples: int, runs: list[dict[str, Any]], pixels: int, noise: dict[str, float] | None
+    at: tuple[int, dict[str, Any]],
+    runs: list[dict[str, Any]],
+    pixels: int,
+    noise: dict[str, float] | None,
 ) -> dict[str, Any]:
     """Return a point of a curve from its repeats; the reference's noise is subtracted."""
     seconds = median(run["seconds"] for run in runs)
+    samples, settings = at
     point: dict[str, Any] = {
         "samples": samples,
         "seconds": seconds,
         "all_seconds": [run["seconds"] for run in runs],
-        "samples_per_second": pixels * samples / seconds,
     }
+    if settings:
+        point["threshold"] = settings["adaptive_threshold"]
+    else:
+        point["samples_per_second"] = pixels * samples / seconds
     if noise:
         squared = {m: fmean(run["squared"][m] for run in runs) - noise[m] for m in METRICS}
         point["error"] = {m: max(value, 0.0) for m, value in squared.items()}

@@ -52,14 +52,20 @@ class Worker:
         return width, height
 
     def render(
-        self, engine: str, scene: Scene, samples: int, seed: int, threads: int
+        self,
+        engine: str,
+        scene: Scene,
+        samples: int,
+        seed: int,
+        threads: int,
+        settings: dict[str, Any] | None = None,
     ) -> tuple[dict[str, Any], NDArray[np.float32]]:
         """Render the open scene; return what was measured and the picture (H, W, 3)."""
         path = Path(self.folder.name) / "pixels.npy"
         answer = self.call(
             "render",
             engine=engine,
-            settings=scene.settings,
+            settings=scene.settings | (settings or {}),
             samples=samples,
             seed=seed,
             threads=threads,

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
@@ -13,7 +14,8 @@ class Scene:
     `example` names a file in `examples`; without one, the module `built.<name>` makes the scene,
     or of names with a dash a variant of it.
     Scenes without `reference` samples have no error: only their wall time counts. `target` is how
-    many times longer than Penumbra Cycles shall take to the same relMSE.
+    many times longer than Penumbra Cycles shall take to the same relMSE.  With `thresholds`, both
+    engines sample adaptively: the curve is made by these, each with up to the last of `samples`.
     """
 
     name: str
@@ -23,6 +25,14 @@ class Scene:
     samples: tuple[int, ...] = (8, 16, 32, 64, 128)
     reference: int = 2048  # samples of the reference, half of them with another seed
     target: float | None = None
+    thresholds: tuple[float, ...] = ()
+
+    def points(self) -> list[tuple[int, dict[str, Any]]]:
+        """Return the points of the curve: samples, and the settings that only this point has."""
+        adaptive = {"use_adaptive_sampling": True}
+        most = self.samples[-1]
+        by_threshold = [(most, adaptive | {"adaptive_threshold": t}) for t in self.thresholds]
+        return by_threshold or [(samples, {}) for samples in self.samples]
 
     def quick(self) -> "Scene":
         """Return the same scene, smaller and with fewer samples; no target is set for that."""
@@ -42,6 +52,8 @@ class Scene:
 
 
 FEW = (4, 8, 16, 32, 64)
+THRESHOLDS = (0.1, 0.05, 0.03, 0.02, 0.01)
+ADAPTIVE: dict[str, Any] = {"samples": (512,), "reference": 2048, "thresholds": THRESHOLDS}
 SCENES = (
     Scene("cornell_direct", "cornell_box", {"max_bounces": 0}, target=4.0),
     Scene("cornell_gi", "cornell_box", {"max_bounces": 4, "diffuse_bounces": 4}, target=3.0),
@@ -60,5 +72,10 @@ SCENES = (
     Scene("materials-procedural", samples=FEW, reference=768),
     Scene("materials-many", samples=FEW, reference=768),
     Scene("materials-one", samples=FEW, reference=768),
+    Scene("cornell_gi_adaptive", "cornell_box", {"max_bounces": 4}, 30, target=3.0, **ADAPTIVE),
+    Scene("lamps_adaptive", "lamps", percentage=30, target=3.0, **ADAPTIVE),
+    Scene("mirrors_adaptive", "mirrors", percentage=30, target=3.0, **ADAPTIVE),
+    Scene("caustics_adaptive", "glass", percentage=30, target=3.0, **ADAPTIVE),
+    Scene("still_life_adaptive", "still_life", percentage=30, target=3.0, **ADAPTIVE),
     Scene("big_mesh", samples=(1,), reference=0),
 )

@@ -12,8 +12,10 @@ def print_scene(result: dict[str, Any]) -> None:
     print("  engine    samples  seconds  Msamples/s     relMSE   trimmed       RMSE  mean diff.")
     for engine, points in result["engines"].items():
         for point in points:
-            line = f"  {engine.title():9s} {point['samples']:7d} {point['seconds']:8.3f}"
-            line += f" {point['samples_per_second'] / 1e6:11.3f}"
+            at = point.get("threshold", point["samples"])
+            speed = point.get("samples_per_second")
+            line = f"  {engine.title():9s} {at:7} {point['seconds']:8.3f}"
+            line += f" {speed / 1e6:11.3f}" if speed else "          - "
             if "error" in point:
                 e, star = point["error"], " *" if point["limited_by_reference"] else ""
                 line += f" {e['relmse']:10.2e} {e['relmse_trimmed']:9.2e} {e['rmse']:10.2e}"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .arrays import F32, Vec, normalize
 from .bsdf import CAMERA, CLEAR, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
+from .film.adaptive import Adaptive, compile_adaptive
 from .film.denoise import Denoising, is_there
 from .film.ledger import Ledger, compile_ledger, surface_facts
 from .film.passes import Pass, wanted
@@ -44,7 +45,7 @@ from .scene import (
     Scene,
     SceneError,
 )
-from .settings import OPTIONS, Settings
+from .settings import Settings
 from .shading import (
     OWN,
     Library,
@@ -120,6 +121,7 @@ class Plan:
     splitting: bool
     batch: int  # slots in flight
     time_limit: float
+    adaptive: Adaptive | None  # None: all pixels get all samples
 
     # Limits; kind_limits (diffuse, glossy, transmission) is None if all is diffuse
     max_bounces: int
@@ -172,7 +174,7 @@ class Plan:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """What pixels sum up, of the film's PASSES."""
+        """What pixels sum up, of the film's `SUMS`."""
         passes: tuple[str, ...] = ("combined", "alpha") if self.has_alpha else ("combined",)
         if self.alone is not None:
             passes += ("caught", "opacity", "alone")
@@ -366,7 +368,9 @@ def compile_plan(
         clear_alpha = F32(settings.film_transparent_roughness) ** 2
         meets |= CLEAR
 
-    notes += _settings_notes(settings)
+    adaptive, why_not = compile_adaptive(settings)
+    if why_not:
+        notes.append(Note("Render settings", f"Use Adaptive Sampling: {why_not}"))
     max_bounces, kind_limits = _bounce_limits(settings, surfaces)
     prepared = Preparation(
         compile_seconds=perf_counter() - started - build_seconds,
@@ -400,6 +404,7 @@ def compile_plan(
         splitting=settings.splitting,
         batch=BATCH if max_bounces == 0 else BOUNCING_BATCH,
         time_limit=settings.time_limit,
+        adaptive=adaptive,
         max_bounces=max_bounces,
         kind_limits=kind_limits,
         clamp_direct=3 * settings.sample_clamp_direct,
@@ -758,15 +763,3 @@ def _check_pattern(settings: Settings) -> None:
             f"Setting 'pattern': {settings.pattern} is a set of a fixed size and cannot be "
             "rendered as a sample subset; use SOBOL"
         )
-
-
-def _settings_notes(settings: Settings) -> list[Note]:
-    """Name the settings that ask for what is not there yet, where it would change the picture."""
-    matter = {
-        "use_adaptive_sampling": settings.use_adaptive_sampling,
-    }
-    return [
-        Note("Render settings", f"{option.label}: {option.awaits} (not available yet)")
-        for option in OPTIONS
-        if matter.get(option.name)
-    ]

@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import F32, Scalar
+from .batches import Batch, Block, Pause, Schedule, Sums
 from .film.cryptomatte import Keys, Parts, summed
 from .film.denoise import DenoiseError, Denoising, denoise
 from .film.film import MIDDLES, Film, drop_not_finite, new_film, rows
@@ -25,23 +25,19 @@ from .film.passes import Pass
 from .pages import keep_pages, release_pages
 from .plan import Plan
 from .sampling.dimensions import LENS, PIXEL
-from .sampling.draws import Draws, Numbers, pixel_keys
-from .sampling.patterns import SEQUENCES
+from .sampling.draws import Draws, Numbers
 from .scene import Note
 from .statistics import Tally, peak_memory, summary
 from .transport.middle import look
 from .transport.path import trace
 from .transport.state import Paths, Rays
 
-CHUNK = 16  # samples that share tables of random numbers
-SHARE = 4  # of these at least in a batch, so that no thread is left alone for long at the end
-EARLY = (1, 4, 8)  # samples at which the first chunks end: there is soon something to see
 TICK = 0.05  # seconds between two looks at the caller
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What has been rendered: a film, how many samples of how many, and the statistics.
+    """What has been rendered: a film, the least samples of a pixel, and the statistics.
 
     notes: what went wrong on the way and left the picture less than was asked for.
     """
@@ -77,20 +73,20 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """How far a render is; `remaining` [s] is None until it can be told."""
+    """How far a render is; `remaining` [s] is None until it can be told.
+
+    sample is the mean of the pixels' samples, fraction the share of the work that is done: less is
+    to do where adaptive sampling stops.
+    """
 
     sample: float
     samples: int
+    fraction: float
     seconds: float
     rays: int
     _film: Film
     _exposure: float
     _plan: Plan | None = None
-
-    @property
-    def fraction(self) -> float:
-        """The share of the work that is done."""
-        return self.sample / max(self.samples, 1)
 
     @property
     def remaining(self) -> float | None:
@@ -112,48 +108,6 @@ class Progress:
         return Picture(self._film, self._exposure, int(self.sample), False, {}, self._plan)
 
 
-@dataclass(frozen=True, eq=False)
-class Block:
-    """Neighbouring pixels, first.. of the rectangle: their keys and raster positions (n,)."""
-
-    first: int
-    key: NDArray[np.uint32]
-    x: NDArray[np.float32]
-    y: NDArray[np.float32]
-
-
-@dataclass(frozen=True, eq=False)
-class Sums:
-    """What a batch gives: sums (C, n) of `samples` samples of n pixels.
-
-    middles (C, n) of the film and the keys and weights of parts, if the plan asks for these.
-    """
-
-    values: NDArray[np.float32]
-    samples: int
-    tally: Tally
-    middles: NDArray[np.float32] | None = None
-    parts: tuple[Keys, NDArray[np.float64]] | None = None
-
-    def add_to(self, film: Film, first: int) -> None:
-        """Add to a film, whose pixel `first` is the first of these."""
-        film.add(first, self.values, self.samples)
-        if self.middles is not None and film.middles is not None:
-            film.middles[:, first : first + self.middles.shape[1]] = self.middles
-        if self.parts is not None and film.parts is not None:
-            film.parts.add(first, *self.parts)
-
-
-@dataclass(frozen=True, eq=False)
-class Batch:
-    """The pixels of a block, for the samples first..end of those of `numbers`."""
-
-    block: Block
-    numbers: Numbers
-    first: int
-    end: int
-
-
 def render(
     plan: Plan,
     threads: int = 0,
@@ -170,25 +124,26 @@ def render(
     x0, y0, x1, y1 = plan.rectangle
     film = _film(plan, x1 - x0, y1 - y0)
     pixels = film.counts.size
-    work = (plan.samples[1] - plan.samples[0]) * pixels
     workers = threads or os.cpu_count() or 1
     total = Tally()
     stop = stop or threading.Event()
     queue: deque[tuple[Batch, Future[Sums]]] = deque()
-    batches = _batches(plan)
-    timed_out = False
+    schedule = Schedule(plan, film)
+    batches = schedule.batches()
+    more, pauses, timed_out = True, False, False
+    begun, fraction = 0, 0.0
     with ThreadPoolExecutor(workers, thread_name_prefix="penumbra") as pool:
         try:
-            more = True
-            while more or queue:
+            while more and not stop.is_set() or queue:
                 # Keep every worker busy, with a little in store.
                 while more and len(queue) < 2 * workers and not stop.is_set():
+                    if pauses and queue:
+                        break
                     batch = next(batches, None)
-                    more = batch is not None
-                    if batch is not None:
+                    more, pauses = batch is not None, isinstance(batch, Pause)
+                    if isinstance(batch, Batch):
                         queue.append((batch, pool.submit(_sample, plan, batch, stop)))
-                if stop.is_set():
-                    more = False
+                        begun += batch.block.key.size * (batch.end - batch.first)
                 if queue:
                     wait([queue[0][1]], timeout=TICK)
 
@@ -196,15 +151,16 @@ def render(
                 while queue and queue[0][1].done():
                     batch, future = queue.popleft()
                     sums = future.result()
-                    sums.add_to(film, batch.block.first)
+                    schedule.add(batch, sums)
                     total.add(sums.tally)
 
                 seconds = perf_counter() - start
                 timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
-                done = total.samples / max(pixels, 1)
+                fraction = max(fraction, total.samples / max(schedule.expected, 1))
                 progress = Progress(
-                    done,
+                    total.samples / max(pixels, 1),
                     plan.samples[1] - plan.samples[0],
+                    fraction,
                     seconds,
                     total.rays,
                     film,
@@ -217,7 +173,7 @@ def render(
             stop.set()
             raise
     release_pages()
-    complete = total.samples == work or timed_out
+    complete = timed_out or (not more and total.samples == begun)
     notes: tuple[Note, ...] = ()
     if plan.denoising is not None and complete:
         notes = _denoise(plan.denoising, film, threads)
@@ -252,42 +208,6 @@ def _film(plan: Plan, width: int, height: int) -> Film:
     if plan.ledger is not None and plan.ledger.mattes:
         film.parts = Parts(plan.ledger.owners, width * height)
     return film
-
-
-def _blocks(plan: Plan) -> list[Block]:
-    x0, y0, x1, y1 = plan.rectangle
-    row, column = np.divmod(np.arange((x1 - x0) * (y1 - y0)), x1 - x0)
-    row += y0
-    column += x0
-    key = pixel_keys(plan.seed, row * plan.frame_width + column)
-    x, y = column.astype(F32), row.astype(F32)
-    # Of equal size: a small one at the end would pay the cost of calls for few slots.
-    ends = np.linspace(0, key.size, -(-key.size // plan.batch) + 1).astype(int)
-    parts = [slice(low, high) for low, high in pairwise(ends)]
-    return [Block(part.start, key[part], x[part], y[part]) for part in parts]
-
-
-def _batches(plan: Plan) -> Iterator[Batch]:
-    """Yield all batches, sample by sample over the picture."""
-    blocks = _blocks(plan)
-    first, end = plan.samples
-    sequences = _sequences(plan.frame_width * plan.frame_height)  # a border changes no pixel
-    share = min(max(plan.batch // blocks[0].key.size, SHARE), CHUNK) if blocks else CHUNK
-    stops = [stop for stop in EARLY if first < stop < end] if len(blocks) > 1 else []
-    while first < end:
-        # Chunks end at multiples of their own size: whole blocks of the sequence.
-        stop = stops.pop(0) if stops else min((first // CHUNK + 1) * CHUNK, end)
-        count = stop - first
-        numbers = Numbers(plan.pattern, plan.seed, first, count, plan.total_samples, sequences, {})
-        for low in range(0, count, share):
-            for block in blocks:
-                yield Batch(block, numbers, low, min(low + share, count))
-        first = stop
-
-
-def _sequences(pixels: int) -> int:
-    # A quarter as many sequences as pixels are enough to look independent; tables cost.
-    return min(SEQUENCES, max(32, 1 << (pixels // 4).bit_length()))
 
 
 def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:

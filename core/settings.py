@@ -34,8 +34,6 @@ def _count(default: int, label: str, help: str, low: int = 0, high: int = 1024) 
     return _option(default, label, help, minimum=low, maximum=high)
 
 
-_ADAPTIVE = "adaptive sampling: every pixel gets all its samples"
-
 PATTERNS = (
     ("SOBOL", "Sobol", "Owen-scrambled Sobol sequence: the lowest error, for any sample count"),
     ("POISSON", "Poisson Disk", "Points that keep a minimum distance; for a fixed sample count"),
@@ -111,23 +109,24 @@ class Settings:
         2048, "Sample Subset Length", "Number of samples in the subset", 1, UNLIMITED
     )
     use_adaptive_sampling: bool = _option(
-        True, "Use Adaptive Sampling", "Fewer samples where the noise is low", awaits=_ADAPTIVE
+        True,
+        "Use Adaptive Sampling",
+        "Stop sampling pixels whose noise is below the threshold; for progressive patterns",
     )
     adaptive_threshold: float = _option(
         0.01,
         "Adaptive Sampling Threshold",
-        "Noise level at which sampling stops",
+        "Noise level at which sampling stops; 0 takes it from the number of samples",
         minimum=0.0,
         maximum=1.0,
-        awaits=_ADAPTIVE,
     )
     adaptive_min_samples: int = _option(
         0,
         "Adaptive Min Samples",
-        "Samples before the noise is judged",
+        "Samples before the noise is judged, rounded up to a power of two; 0 takes it from the "
+        "threshold",
         minimum=0,
         maximum=4096,
-        awaits=_ADAPTIVE,
     )
     use_denoising: bool = _option(
         True,

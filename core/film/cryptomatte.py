@@ -89,9 +89,14 @@ class Parts:
     _keys: list[Keys] = field(default_factory=list)
     _weights: list[NDArray[np.float64]] = field(default_factory=list)
 
-    def add(self, first: int, keys: Keys, weights: NDArray[np.float64]) -> None:
-        """Add sums of pixels counted from `first` on."""
-        self._keys.append(keys + first * self.owners)
+    def add(self, pixels: slice | Index, keys: Keys, weights: NDArray[np.float64]) -> None:
+        """Add sums of some pixels; keys count these from 0 on."""
+        if isinstance(pixels, slice):
+            keys = keys + (pixels.start or 0) * self.owners
+        else:
+            pixel, owner = np.divmod(keys, self.owners)
+            keys = pixels.take(pixel) * self.owners + owner
+        self._keys.append(keys)
         self._weights.append(weights)
         if sum(map(len, self._keys)) > _CROWDED * self.pixels + 1024:
             self._settle()

@@ -1,7 +1,7 @@
 """radiance per slot -> pixel sums.  Where samples end.
 
 Sums are float64, so that ten thousand samples add up without drift; every pixel knows how many
-samples it holds, since a stopped render leaves some pixels behind others.
+samples it holds, since adaptive sampling and stopped renders leave some pixels behind others.
 """
 
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32
+from ..arrays import F32, Index
 from .cryptomatte import Parts
 from .shadows import add_shadows, shadow_of
 
@@ -45,6 +45,8 @@ SUMS = {
     "aov_value": 1,
     "group": 3,
 }
+# Those that the picture is made of; they come first.
+PICTURE = ("combined", "alpha", "caught", "opacity", "alone", "background")
 
 # What the middle of a pixel shows, which no filter blurs
 MIDDLES = {"depth": 1, "position": 3, "object_index": 1, "material_index": 1}
@@ -71,9 +73,8 @@ class Film:
     keeps_shadows: bool = False
     denoised: NDArray[np.float32] | None = None
 
-    def add(self, first: int, sums: NDArray[np.float32], samples: int) -> None:
-        """Add what `samples` samples gave for the pixels from `first` on; sums is (C, n)."""
-        pixels = slice(first, first + sums.shape[1])
+    def add(self, pixels: slice | Index, sums: NDArray[np.float32], samples: int) -> None:
+        """Add what `samples` samples gave for some pixels; sums is (C, n)."""
         self.sums[:, pixels] += sums
         self.counts[pixels] += samples
 

@@ -30,6 +30,7 @@ LAYERS = (
     "kept",
     "plan",
     "transport",
+    "batches",
     "render",
     "interactive",
     "__init__",

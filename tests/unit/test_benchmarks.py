@@ -7,7 +7,7 @@ import pytest
 from penumbra.benchmarks import built, reference
 from penumbra.benchmarks.__main__ import reached
 from penumbra.benchmarks.errors import Curve, ratio_at_equal_error
-from penumbra.benchmarks.scenes import SCENES
+from penumbra.benchmarks.scenes import SCENES, THRESHOLDS
 from penumbra.benchmarks.table import print_summary
 
 MEASURED = {"ratio": 3.2, "smallest": 2.9, "largest": 3.5, "method": "interpolated"}
@@ -55,6 +55,17 @@ def test_a_reference_is_kept_until_the_picture_changes(scene):
         reference.key(replace(scene, reference=2), "5.2"),
     ]
     assert len({key, *changed}) == 5
+
+
+def test_adaptive_scenes_go_by_thresholds_and_the_others_by_samples():
+    scenes = {scene.name: scene for scene in SCENES}
+    assert [samples for samples, _ in scenes["cornell_gi"].points()] == [8, 16, 32, 64, 128]
+    assert all(settings == {} for _, settings in scenes["cornell_gi"].points())
+    points = scenes["lamps_adaptive"].points()
+    assert {samples for samples, _ in points} == {512}
+    assert {settings["use_adaptive_sampling"] for _, settings in points} == {True}
+    assert [settings["adaptive_threshold"] for _, settings in points] == list(THRESHOLDS)
+    assert len(scenes["lamps_adaptive"].quick().points()) == len(points)
 
 
 def test_the_keys_of_all_scenes_differ():

@@ -7,8 +7,8 @@ from penumbra.core.film.film import SUMS, drop_not_finite, new_film, rows
 
 def test_a_pixel_is_the_mean_of_its_samples_times_the_exposure():
     film = new_film(3, 2)
-    film.add(0, np.arange(18.0).reshape(3, 6), 2)
-    film.add(4, np.full((3, 2), 10.0), 3)
+    film.add(slice(0, None), np.arange(18.0).reshape(3, 6), 2)
+    film.add(slice(4, 6), np.full((3, 2), 10.0), 3)
     picture = film.combined(exposure=2.0)
     assert picture.shape == (2, 3, 4)
     assert picture.dtype == np.float32
@@ -19,26 +19,26 @@ def test_a_pixel_is_the_mean_of_its_samples_times_the_exposure():
 def test_pixels_without_samples_are_transparent_black():
     for passes in (("combined",), ("combined", "alpha"), tuple(SUMS)[:6]):
         film = new_film(2, 1, passes)
-        film.add(1, np.ones((rows(passes), 1)), 1)
+        film.add(slice(1, 2), np.ones((rows(passes), 1)), 1)
         np.testing.assert_array_equal(film.combined(1.0)[0], [(0, 0, 0, 0), (1, 1, 1, 1)])
 
 
 def test_alpha_is_a_mean_without_exposure():
     film = new_film(1, 1, ("combined", "alpha"))
-    film.add(0, np.array([[1.0], [2.0], [3.0], [1.0]]), 4)
+    film.add(slice(0, None), np.array([[1.0], [2.0], [3.0], [1.0]]), 4)
     np.testing.assert_allclose(film.combined(10.0)[0, 0], (2.5, 5, 7.5, 0.25))
 
 
 def test_ten_thousand_samples_add_up_without_drift():
     film = new_film(1, 1)
     for _ in range(10_000):
-        film.add(0, np.full((3, 1), np.float32(0.1), float), 1)
+        film.add(slice(0, None), np.full((3, 1), np.float32(0.1), float), 1)
     np.testing.assert_array_equal(film.combined(1.0)[0, 0, :3], np.float32(0.1))
 
 
 def test_the_first_row_is_the_bottom_one():
     film = new_film(2, 3)
-    film.add(0, np.ones((3, 2)), 1)
+    film.add(slice(0, 2), np.ones((3, 2)), 1)
     picture = film.combined(1.0)
     assert (picture[0] == 1).all()
     assert (picture[1:] == 0).all()
