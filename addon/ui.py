@@ -73,6 +73,7 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
         (
             "render:threads_mode",
             "render:threads",
+            "texture_filter",
             "instance_memory",
             "texture_memory",
             "render:preview_pixel_size",

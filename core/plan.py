@@ -24,7 +24,7 @@ from .geometry.attributes import OPACITY, VECTOR, Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
 from .geometry.view import View, compile_view
-from .images.store import side_that_fits
+from .images.store import fit
 from .kept import KEEP_NOTHING, Kept
 from .lights import Emitters, Hulls, Lights, compile_hulls, compile_lights, ray_mask
 from .lights.environment import Environment, compile_environment
@@ -240,9 +240,9 @@ def compile_plan(
     _check_pattern(settings)
 
     # Surfaces: a column for each material that occurs.
-    side, image_notes = _image_side(scene, settings, kept)
-    library = kept.step("library", (side,), lambda: Library(side))
-    library.renew()
+    side, spare, image_notes = _image_memory(scene, settings, kept)
+    library = kept.step("library", (side, spare is None), lambda: Library(side))
+    library.renew(spare)
     notes += image_notes
     outputs = wanted(scene.layer)
     denoising = _denoising(scene, settings, notes)
@@ -597,24 +597,35 @@ def _shapes(
     return kept.step("shapes", made_from, lambda: [shape(instance) for instance in instances])
 
 
-def _image_side(scene: Scene, settings: Settings, kept: Kept) -> tuple[int, list[Note]]:
+def _image_memory(
+    scene: Scene, settings: Settings, kept: Kept
+) -> tuple[int, float | None, list[Note]]:
     """Return what the sides of images are limited to, so that they fit the memory; 0: nothing.
 
-    And notes that name those that will be smaller.
+    And what is left for their levels [bytes], None if there shall be none; and notes that name
+    images that will be smaller.
     """
     materials = {id(m): m for i in scene.instances for m in i.materials if m is not None}
     glows = tuple(each.surface for each in (scene.world, *scene.lamps) if each and each.surface)
 
-    def side() -> tuple[int, list[Note]]:
+    def fitted() -> tuple[int, float, list[Note]]:
         notes: list[Note] = []
         roots = [output_of(material) for material in materials.values()]
         roots += [Node("Output", "", {"Surface": Link(glow, "Surface")}) for glow in glows]
         sources = [source for root in roots for source in images_below(root)]
         memory = settings.texture_memory * 2**30
-        return (side_that_fits(sources, memory, notes) if sources else 0), notes
+        return *(fit(sources, memory, notes) if sources else (0, 0.0)), notes
 
     made_from = tuple(materials.values()), glows, settings.texture_memory
-    return kept.step("image side", made_from, side)
+    side, spare, notes = kept.step("image memory", made_from, fitted)
+
+    # How wide a pixel of a panorama is depends on where it is
+    if not settings.texture_filter or scene.camera.panorama is not None:
+        return side, None, notes
+    # A byte of levels takes as long as a twentieth of a ray: a tenth of the time may go there.
+    # The rays are those of the whole frame, so that its parts look alike
+    rays = scene.camera.width * scene.camera.height * settings.samples
+    return side, min(spare, 2.0 * rays), notes
 
 
 def _displaced(

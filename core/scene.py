@@ -77,7 +77,8 @@ class Material:
     way by which the surface is displaced; displacement_method: BUMP bends its normals only,
     DISPLACEMENT moves the vertices of meshes, BOTH does both.  bump_width [pixels]: how far beside
     the hit heights are looked at if no node says; bump_softening: MICROFACET, CUBIC or NONE, how
-    matte closures with bent normals fade towards the terminator (`terminator.SOFTENINGS`).
+    matte closures with bent normals fade towards the terminator (`terminator.SOFTENINGS`);
+    bump_at_rest: whether BOTH bends the normals that flat faces had before they were displaced.
     aovs: by name, what the surface writes into passes of the user's own.
     """
 
@@ -90,6 +91,7 @@ class Material:
     displacement_method: str = "BUMP"
     bump_width: float = 0.1
     bump_softening: str = "MICROFACET"
+    bump_at_rest: bool = True
     aovs: Mapping[str, Node] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

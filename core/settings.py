@@ -233,6 +233,12 @@ class Settings:
         maximum=4096.0,
     )
 
+    texture_filter: bool = _option(
+        True,
+        "Texture Filter",
+        "Look images up smaller where they are far away, if the converged picture stays the same: "
+        "less noise",
+    )
     texture_memory: float = _option(
         4.0,
         "Texture Memory",

@@ -204,7 +204,10 @@ class _Content:
         key = data.as_pointer(), names
         mesh = self.meshes.get(key)
         if mesh is None:
-            mesh = self.known.mesh(object, parent, names, lambda: _read_mesh(object, names))
+            is_displaced = any(material.moves for material in materials)
+            mesh = self.known.mesh(
+                object, parent, names, lambda: _read_mesh(object, names, is_displaced)
+            )
             self.meshes[key] = mesh
         if len(mesh.triangles) == 0:
             return None
@@ -239,12 +242,17 @@ class _Content:
         )
 
 
-def _read_mesh(object: bpy.types.Object, names: frozenset[str]) -> Mesh:
+def _read_mesh(object: bpy.types.Object, names: frozenset[str], is_displaced: bool) -> Mesh:
     """Return the mesh of an object; one in edit mode keeps its faces out of `data`."""
-    if not object.data.is_editmode:
+    # Before Blender 5.1 Cycles cuts meshes along sharp edges: displaced, they come apart
+    is_cut = is_displaced and bpy.app.version < (5, 1) and object.data.normals_domain == "CORNER"
+    if not object.data.is_editmode and not is_cut:
         return export_mesh(object.data, names)
     try:
-        return export_mesh(object.to_mesh(), names)
+        mesh = object.to_mesh()
+        if is_cut:
+            mesh.split_faces()
+        return export_mesh(mesh, names)
     finally:
         object.to_mesh_clear()
 

@@ -75,6 +75,7 @@ def export_material(
         aovs=written,
         bump_width=0.1 if bpy.app.version >= (4, 4) else 1.0,
         bump_softening=_softening(cycles),
+        bump_at_rest=bpy.app.version >= (5, 0),
     )
 
 

@@ -20,8 +20,11 @@ from .uv_tangents import around_sphere, corner_normals, uv_tangents
 # VECTOR   up to three numbers; FACTOR  their mean;
 # ALPHA    the fourth, 1 where there is none; OPACITY  the same, but 0 without the attribute;
 # FRAME    of a UV map: normal, tangent along u and the side of v, all of the object
+# DENSITY  of a UV map: by how much it grows per metre, at least
 VECTOR, FACTOR, ALPHA, OPACITY, FRAME = "vector", "factor", "alpha", "opacity", "frame"
+DENSITY = "density"
 Asked = tuple[str, str]
+CHUNK = 1 << 14  # triangles whose arithmetic stays in the caches
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +61,25 @@ class Constants:
         return np.ascontiguousarray(self.rows.take(instance, axis=0).T)
 
 
-Attributes = dict[Asked, Table | Constants]
+@dataclass(frozen=True, eq=False)
+class Densities:
+    """A number for each triangle, in rows (R,) as in `Table`, times one (I,) of its instance."""
+
+    rows: NDArray[np.float32]
+    base: Ids
+    stride: Ids | None
+    scale: NDArray[np.float32]
+
+    def at(self, triangle: Ids, instance: Ids, u: Scalar, v: Scalar) -> Vec:
+        """Return the numbers (1, N) of triangles (N,)."""
+        row = self.base.take(instance)
+        row += triangle if self.stride is None else triangle * self.stride.take(instance)
+        density = self.rows.take(row)
+        density *= self.scale.take(instance)
+        return density[None]
+
+
+Attributes = dict[Asked, Table | Constants | Densities]
 
 
 def compile_attributes(
@@ -78,8 +99,19 @@ def compile_attributes(
         if any(name in instance.attributes for instance in instances):
             tables[name, output] = _constants(instances, name, output)
         else:
-            tables[name, output] = _table(instances, used, meshes, first, name, output)
+            table = _table(instances, used, meshes, first, name, output)
+            tables[name, output] = table
+            if output == DENSITY:
+                scales = [1 / max(_largest_scale(instance), 1e-30) for instance in instances]
+                rows = np.ascontiguousarray(table.rows[:, 0])
+                tables[name, output] = Densities(
+                    rows, table.base, table.stride, np.array(scales, F32)
+                )
     return tables
+
+
+def _largest_scale(instance: Instance) -> float:
+    return float(np.linalg.norm(instance.to_world[:, :3], 2))
 
 
 def _constants(instances: Sequence[Instance], name: str, output: str) -> Constants:
@@ -125,6 +157,11 @@ def _table(
 def _corners(mesh: Mesh, name: str, output: str, width: int) -> NDArray[np.float32] | None:
     """Return the numbers (F, 3, C) of all corners, None if the mesh does not have them."""
     attribute = mesh.attributes.get(name)
+    if output == DENSITY:
+        if attribute is None:
+            return None
+        least = _least_growth(mesh, _spread(mesh, attribute)[..., :2])
+        return np.broadcast_to(least[:, None, None], (len(least), 3, 1))
     if output == FRAME:
         if attribute is None and name != ACTIVE_UV:
             return None
@@ -133,6 +170,30 @@ def _corners(mesh: Mesh, name: str, output: str, width: int) -> NDArray[np.float
         tangents, sign = uv_tangents(mesh, normals, uv)
         return np.concatenate([normals, tangents, sign[..., None]], axis=2)
     return None if attribute is None else _part(_spread(mesh, attribute), output, width)
+
+
+def _least_growth(mesh: Mesh, uv: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return by how much a UV map (F, 3, 2) of triangles (F,) grows along them, at least."""
+    least = np.empty(len(uv), F32)
+    for start in range(0, len(uv), CHUNK):
+        some = slice(start, start + CHUNK)
+        place = mesh.positions.take(mesh.triangles[some], axis=0).astype(np.float64)
+        ax, ay, az, bx, by, bz = (place[:, 1:] - place[:, :1]).reshape(-1, 6).T
+        s, t, p, q = (uv[some, 1:] - uv[some, :1]).reshape(-1, 4).astype(np.float64).T
+
+        # Along orthonormal axes of the triangle, a on the first of them
+        long = np.sqrt(ax * ax + ay * ay + az * az)
+        along = (ax * bx + ay * by + az * bz) / np.maximum(long, 1e-30)
+        high = np.sqrt(np.maximum(bx * bx + by * by + bz * bz - along * along, 0))
+        s, t = s / np.maximum(long, 1e-30), t / np.maximum(long, 1e-30)
+        p, q = (p - s * along) / np.maximum(high, 1e-30), (q - t * along) / np.maximum(high, 1e-30)
+
+        # The smaller singular value of these two columns
+        area, total = np.abs(s * q - t * p), s * s + t * t + p * p + q * q
+        larger = np.sqrt(0.5 * (total + np.sqrt(np.maximum(total * total - 4 * area * area, 0))))
+        is_sound = (long > 0) & (high > 0)
+        least[some] = np.where(is_sound, area / np.maximum(larger, 1e-30), 0)
+    return least
 
 
 def _spread(mesh: Mesh, attribute: Attribute) -> NDArray[np.float32]:

@@ -37,11 +37,18 @@ def lookup(
 
 
 def find_taps(
-    u: Scalar, v: Scalar, width: int, height: int, interpolation: str, extension: str
+    u: Scalar,
+    v: Scalar,
+    width: int | Ids,
+    height: int | Ids,
+    interpolation: str,
+    extension: str,
+    first: Ids | None = None,
 ) -> list[Tap]:
     """Return texels of an image of this size and their weights (N,), which add up to 1 inside.
 
-    Images of one size that are looked up at the same places share them.
+    Images of one size that are looked up at the same places share them.  Sizes and first texels
+    (N,) are those of levels where there are several.
     """
     count = TAPS[interpolation]
     columns = _taps(u, width, count, extension)
@@ -49,6 +56,8 @@ def find_taps(
     taps: list[Tap] = []
     for row, share in rows:
         start = row * np.int32(width)
+        if first is not None:
+            start += first
         for column, weight in columns:
             both = share if weight is None else weight if share is None else weight * share
             taps.append((start + column, both))
@@ -114,7 +123,7 @@ def decode_srgb(colour: Vec) -> Vec:
     return high
 
 
-def _taps(place: Scalar, size: int, count: int, extension: str) -> list[Tap]:
+def _taps(place: Scalar, size: int | Ids, count: int, extension: str) -> list[Tap]:
     """Return the texels along one axis that take part at `place` (N,), and their weights."""
     x = _FOLD[extension](place, F32(size))
     if count > 1:
@@ -179,8 +188,8 @@ def _near(place: Scalar, size: np.float32) -> Scalar:
     return x
 
 
-def _wrap_repeat(index: Ids, size: int) -> Ids:
-    if size < 4:
+def _wrap_repeat(index: Ids, size: int | Ids) -> Ids:
+    if isinstance(size, int) and size < 4:
         wrapped: Ids = np.remainder(index, np.int32(size))
         return wrapped
     index = index + np.int32(size) * (index < 0)
@@ -188,13 +197,13 @@ def _wrap_repeat(index: Ids, size: int) -> Ids:
     return index
 
 
-def _wrap_mirror(index: Ids, size: int) -> Ids:
+def _wrap_mirror(index: Ids, size: int | Ids) -> Ids:
     index = np.where(index < 0, np.int32(-1) - index, index)
     index = np.where(index >= size, np.int32(2 * size - 1) - index, index)
     return _wrap_clamp(index, size)
 
 
-def _wrap_clamp(index: Ids, size: int) -> Ids:
+def _wrap_clamp(index: Ids, size: int | Ids) -> Ids:
     clamped: Ids = np.clip(index, np.int32(0), np.int32(size - 1))
     return clamped
 
@@ -205,7 +214,7 @@ _FOLD: dict[str, Callable[[Scalar, np.float32], Scalar]] = {
     "EXTEND": _near,
     "CLIP": _near,
 }
-_WRAP: dict[str, Callable[[Ids, int], Ids]] = {
+_WRAP: dict[str, Callable[[Ids, int | Ids], Ids]] = {
     "REPEAT": _wrap_repeat,
     "MIRROR": _wrap_mirror,
     "EXTEND": _wrap_clamp,

@@ -13,16 +13,26 @@ import numpy as np
 from ..scene import Note
 from . import MAGENTA, Image, ImageSource, Tiles, image_size
 from .files import load_image, read_header
+from .levels import WORTHWHILE, Levels
 
 Header = tuple[int, int, int]  # width, height, bytes of a texel
 
 
 class Store:
-    """The images of a scene, by what they are made from; `side` limits both sides, 0 does not."""
+    """The images of a scene, by what they are made from; `side` limits both sides, 0 does not.
 
-    def __init__(self, side: int = 0) -> None:
-        self.side = side
+    spare: what levels of images may take [bytes], None: there shall be none.
+    """
+
+    def __init__(self, side: int = 0, spare: float | None = None) -> None:
+        self.side, self.spare = side, spare
         self._known: dict[Hashable, Any] = {}
+        self._levels: dict[tuple[int, bool], Levels] = {}
+
+    @property
+    def has_levels(self) -> bool:
+        """Whether images may have levels."""
+        return self.spare is not None
 
     def get(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
         """Return the image of a source, which is read if it is not known."""
@@ -32,6 +42,18 @@ class Store:
         if key not in self._known:
             self._known[key] = make()
         return self._known[key]
+
+    def levels_of(self, image: Image) -> Levels | None:
+        """Return the levels of an image; None if they would not help, or not fit."""
+        key = id(image.texels), image.is_srgb
+        if key not in self._levels:
+            made = Levels(image)
+            is_small = min(image.width, image.height) < WORTHWHILE
+            if self.spare is None or is_small or not 0 < made.memory <= self.spare:
+                return None
+            self.spare -= made.memory
+            self._levels[key] = made
+        return self._levels[key]
 
     @property
     def images(self) -> list[Image]:
@@ -47,21 +69,22 @@ class Store:
 
     @property
     def memory(self) -> int:
-        """What the texels of all images take [bytes]."""
-        return sum(image.memory for image in self.images)
+        """What the texels of all images take, with their levels [bytes]."""
+        levels = sum(each.memory for each in self._levels.values())
+        return levels + sum(image.memory for image in self.images)
 
 
-def side_that_fits(sources: Iterable[ImageSource], memory: float, notes: list[Note]) -> int:
-    """Return which sides images may have so that all take at most `memory` [bytes]; 0: any.
+def fit(sources: Iterable[ImageSource], memory: float, notes: list[Note]) -> tuple[int, float]:
+    """Return which sides images may have so that all take at most `memory`, and the rest [bytes].
 
-    Those that will be smaller for it are named.
+    Sides of 0 are any.  Images that will be smaller for it are named.
     """
     each = {part.file_key: part for source in sources for part in source.parts}
     headers = {key: header for key, part in each.items() if (header := _header(part))}
     sizes = [image_size(width, height, 0) for width, height, _ in headers.values()]
     side = max((max(size) for size in sizes), default=0)
     if _total(headers.values(), 0) <= memory:
-        return 0
+        return 0, memory - _total(headers.values(), 0)
     while side > 1 and _total(headers.values(), side) > memory:
         side //= 2
     for key, (width, height, _) in headers.items():
@@ -74,7 +97,7 @@ def side_that_fits(sources: Iterable[ImageSource], memory: float, notes: list[No
                     f"pixels: images may take {memory / 2**30:.3g} GB (Texture Memory)",
                 )
             )
-    return side
+    return side, memory - _total(headers.values(), side)
 
 
 def _header(source: ImageSource) -> Header | None:

@@ -106,7 +106,7 @@ def asked_by(order: tuple[Value, ...]) -> Iterator[Asked]:
     """Yield what steps ask meshes for."""
     for item in order:
         function, static = reader(item)
-        if function in (attribute, along_u, framed, in_frame):
+        if function in (attribute, along_u, footprint, framed, in_frame):
             yield static[0]
 
 
@@ -127,6 +127,16 @@ def framed(context: Context, local: Array, asked: Asked) -> Vec:
     vector *= np.where(context.back, F32(-1), F32(1))
     lost = ~(dot(vector, vector) > F32(0.5)) | (side == 0)
     return np.where(lost, context.normal, vector) if lost.any() else vector
+
+
+def footprint(context: Context, scale: Array, asked: Asked) -> Array:
+    """Return how wide (n,) what rays stand for is on a UV map that is scaled; 0 without a map."""
+    density = context.attribute(asked)
+    if density is None:
+        return np.zeros(1, F32)
+    wide: Array = density[0] * context.cone
+    wide *= scale
+    return wide
 
 
 def in_frame(context: Context, local: Array, asked: Asked) -> Vec:

@@ -23,6 +23,8 @@ from ..geometry.view import View
 from ..scene import REST
 from .tracing import Probe, Tracer
 
+PIXEL_SHARE = F32(0.25)  # of the width of a pixel: what a camera ray stands for
+MATTE_CONE = F32(0.03)  # how much rays from matte surfaces widen, per metre
 NEVER = np.finfo(np.float32).max  # the length of rays that meet nothing, as in Cycles
 
 
@@ -235,6 +237,12 @@ class Context:
         moved = replace(points, position=self.rest, normal=normal)
         return Context(moved, self.arrival, None, self.place)
 
+    @cached_property
+    def moved_back(self) -> "Context":
+        """The context of the same points where they were, with the normals that they have now."""
+        points = self.points if self.index is None else self.points.take(self.index)
+        return Context(replace(points, position=self.rest), self.arrival, None, self.place)
+
     def rest_way(self, axis: int) -> Vec:
         """Return the ways (3, n) on the surfaces as they were of a pixel along an axis."""
         assert self.place.triangles is not None
@@ -275,6 +283,16 @@ class Context:
         """How wide (n,) a pixel is here [m]."""
         wide, wider = self.place.spread
         return np.maximum(F32(wide) + F32(wider) * self.travelled, F32(1e-7))
+
+    @cached_property
+    def cone(self) -> Scalar:
+        """How wide (n,) what a ray stands for is here [m]: a part of a pixel, or a cone.
+
+        0 after mirrors and glass, which may make things larger.
+        """
+        seen: Scalar = (PIXEL_SHARE * self.has_kind(CAMERA)) * self.pixel
+        seen += (MATTE_CONE * self.is_after_matte) * self.travelled
+        return seen
 
     @cached_property
     def sideways(self) -> tuple[Vec, Vec]:

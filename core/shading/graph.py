@@ -26,16 +26,19 @@ class Library:
     """What is made once for all shaders of a scene: images, skies, by their source.
 
     It is forgotten when nobody holds the source any more.  side: what both sides of images are
-    limited to, 0 is no limit.
+    limited to, 0 is no limit; spare: what their levels may take [bytes], None: there are none.
     """
 
-    def __init__(self, side: int = 0) -> None:
+    def __init__(self, side: int = 0, spare: float | None = None) -> None:
         self._known: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
-        self.store = Store(side)
+        self.store = Store(side, spare)
 
-    def renew(self) -> None:
-        """Read files anew from now on, but for sources that are known: a file may have changed."""
-        self.store = Store(self.store.side)
+    def renew(self, spare: float | None = None) -> None:
+        """Read files anew from now on, but for sources that are known: a file may have changed.
+
+        spare: what levels of images may take that are new [bytes].
+        """
+        self.store = Store(self.store.side, spare)
 
     def image(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
         """Return the image of a source; `notes` of it are added each time."""

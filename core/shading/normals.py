@@ -63,15 +63,17 @@ def bump(
     return read(_bumped, height, *beside, strength, distance, normal, kind=VECTOR, static=static)
 
 
-def bump_undisplaced(height: Value, normal: Value, width: float) -> Value:
+def bump_undisplaced(height: Value, normal: Value, width: float, at_rest: bool = True) -> Value:
     """Return unit normals that a height [m] bends, of a surface that is displaced as well.
 
-    All is looked at where the surface was; the slope is taken in the space of the object (Cycles).
+    All is looked at where the surface was, but for normals if not `at_rest`; the slope is taken in
+    the space of the object (Cycles).
     """
     if height.is_constant:
         return normal
     heights = (height, *(beside_of(height, axis, width) for axis in (0, 1)))
-    heights, normal = tuple(map(undisplaced_of, heights)), undisplaced_of(normal)
+    heights = tuple(undisplaced_of(height, at_rest) for height in heights)
+    normal = undisplaced_of(normal, at_rest)
     return read(bumped_in_object, *heights, normal, kind=VECTOR, static=(F32(width),))
 
 
@@ -128,9 +130,12 @@ def beside_of(output: Value, axis: int, width: float) -> Value:
     return _looked_at(output, beside, (axis, F32(width)))
 
 
-def undisplaced_of(output: Value) -> Value:
-    """Return a value as it is where the surface was before it was displaced."""
-    return _looked_at(output, undisplaced, ())
+def undisplaced_of(output: Value, at_rest: bool = True) -> Value:
+    """Return a value as it is where the surface was before it was displaced.
+
+    at_rest: with the normals that it had.
+    """
+    return _looked_at(output, undisplaced, (at_rest,))
 
 
 def _looked_at(output: Value, elsewhere: Callable[..., Any], where: tuple[Any, ...]) -> Value:
@@ -157,9 +162,9 @@ def beside(context: Context, *args: Any) -> Any:
 
 
 def undisplaced(context: Context, *args: Any) -> Any:
-    """Return what a step reads where the surface was: args, function, static."""
-    *values, function, static = args
-    return function(context.undisplaced, *values, *static)
+    """Return what a step reads where the surface was: args, at_rest, function, static."""
+    *values, at_rest, function, static = args
+    return function(context.undisplaced if at_rest else context.moved_back, *values, *static)
 
 
 def reader(item: Value) -> tuple[Callable[..., Any] | None, tuple[Any, ...]]:

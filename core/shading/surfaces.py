@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 from ..arrays import dot
 from ..scene import Link, Material, Node
+from .filtering import filtered
 from .graph import Graph, Library, NodeFunction, output_of, title
 from .inputs import NORMAL
 from .nodes import NODES
@@ -36,7 +37,7 @@ def compile_surface(
         if material.surface is not None:
             _follow(surface, material.surface)
         if material.bumps:
-            surface.bent = _displaced(surface.graph, output_of(material), material.moves)
+            surface.bent = _displaced(surface.graph, output_of(material), material)
     if surface.transparency is not None:
         share = average(surface.transparency)
         surface.lobes.append(Lobe("transparent", surface.transparency, (), share))
@@ -47,7 +48,7 @@ def compile_surface(
         surface.show("albedo", clamp(surface.emission))
     if material is not None:
         _write_aovs(surface, material)
-    return surface
+    return filtered(surface) if surface.graph.library.store.has_levels else surface
 
 
 def _write_aovs(surface: Surface, material: Material) -> None:
@@ -63,18 +64,15 @@ def _write_aovs(surface: Surface, material: Material) -> None:
                 surface.facts[f"aov_alpha:{name}"] = constant(1.0)
 
 
-def _displaced(graph: Graph, output: Node, is_moved: bool) -> Value | None:
-    """Return the shading normal of a surface that is displaced along its normal.
-
-    is_moved: the mesh is displaced as well.
-    """
+def _displaced(graph: Graph, output: Node, material: Material) -> Value | None:
+    """Return the shading normal of a surface that is displaced along its normal."""
     way = graph.vector(output, "Displacement")
     assert way is not None
     height = step(dot, way, NORMAL, kind=FLOAT)
     if way.is_constant:
         return None
-    if is_moved:
-        return bump_undisplaced(height, NORMAL, graph.bump_width)
+    if material.moves:
+        return bump_undisplaced(height, NORMAL, graph.bump_width, material.bump_at_rest)
     return bump(height, constant(1.0), constant(1.0), NORMAL, graph.bump_width)
 
 

@@ -178,6 +178,19 @@ def test_ways_that_are_not_finite_are_not_gone():
     np.testing.assert_array_equal(found.mesh.positions, PYRAMID)
 
 
+@pytest.mark.parametrize("at_rest", [True, False])
+def test_flat_faces_are_bent_from_where_they_were_or_as_they_lie(at_rest):
+    # A square raised by half of x: its slope is taken once, or upon the slope that it has by then
+    square = s.quad((4.0, 0.0, 0.0), (0.0, 4.0, 0.0))
+    inputs = {"Vector": Link(s.node("NewGeometry"), "Position"), "Vector_001": (0.5, 0.0, 0.0)}
+    dot = Link(Node("VectorMath", "", inputs, {"operation": "DOT_PRODUCT"}), "Value")
+    way = Link(s.node("CombineXYZ", X=0.0, Y=0.0, Z=dot), "Vector")
+    both = replace(material(way, "BOTH"), bump_softening="NONE", bump_at_rest=at_rest)
+    view = s.orthographic((0, 0, 9), size=1, scale=0.01)
+    light = s.pixels(view, s.put(square, both), s.sun(irradiance=np.pi), samples=4)
+    np.testing.assert_allclose(light[..., :3], 2 / np.sqrt(5) if at_rest else 0.6, rtol=2e-3)
+
+
 def test_an_unknown_method_is_refused_by_name():
     with pytest.raises(SceneError, match="Material 'Moving'.*'UP'"):
         material(raised(), "UP")

@@ -7,7 +7,7 @@ from penumbra.core.arrays import F32
 from penumbra.core.images import ImageSource, image_size, make_image
 from penumbra.core.images.files import load_image
 from penumbra.core.images.lookup import TAPS, lookup
-from penumbra.core.images.store import Store, side_that_fits
+from penumbra.core.images.store import Store, fit
 
 EXTENSIONS = ("REPEAT", "EXTEND", "CLIP", "MIRROR")
 
@@ -102,9 +102,9 @@ def test_images_are_halved_until_they_fit_the_memory_and_named(tmp_path):
     small = source(written(tmp_path, "s.png", 64, 64, 1), "small")
     total = 256 * 128 * 4 + 64 * 64
     notes = []
-    assert side_that_fits([large, small, large], total, notes) == 0
+    assert fit([large, small, large], total, notes) == (0, 0)
     assert not notes
-    side = side_that_fits([large, small], total - 1, notes)
+    side, _ = fit([large, small], total - 1, notes)
     assert side == 128
     assert [note.owner for note in notes] == ["Image 'large'"]
     assert "128 x 64 instead of 256 x 128" in notes[0].what
@@ -115,7 +115,7 @@ def test_images_are_halved_until_they_fit_the_memory_and_named(tmp_path):
 def test_what_cannot_be_read_takes_no_memory(tmp_path):
     pytest.importorskip("OpenImageIO")
     lost = source(str(tmp_path / "lost.png"))
-    assert side_that_fits([lost, source("")], 1.0, []) == 0
+    assert fit([lost, source("")], 1.0, []) == (0, 1)
     store, notes = Store(), []
     store.get(lost, notes)
     assert (store.images, store.memory, len(notes)) == ([], 0, 1)

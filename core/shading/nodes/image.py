@@ -56,22 +56,26 @@ def _texels(graph: Graph, node: Node) -> Value:
 
     # Images of one size at the same places share what there is to find
     static = project, image.width, image.height, interpolation, extension
-    taps = graph.share((id(where), *static), lambda: Value(SEVERAL, None, _taps, (where,), static))
+    key = id(where), *static
+    taps = graph.share(key, lambda: Value(SEVERAL, None, taps_at, (where,), static))
     if image.is_grey and extension != "CLIP":
-        return Value(FLOAT, None, _grey, (taps,), (image,))
-    return Value(SEVERAL, None, _mixed, (taps,), (image, choices[-1]))
+        return Value(FLOAT, None, mixed_grey, (taps,), (image,))
+    return Value(SEVERAL, None, mixed, (taps,), (image, choices[-1]))
 
 
-def _taps(where: Array, project: Any, *choices: Any) -> Any:
+def taps_at(where: Array, project: Any, *choices: Any) -> Any:
+    """Return texels of images of one size and their weights at `where`, see `find_taps`."""
     u, v = _projected(where, project)
     return find_taps(u, v, *choices)
 
 
-def _grey(taps: Any, image: Image) -> Array:
+def mixed_grey(taps: Any, image: Image) -> Array:
+    """Return the grey (n,) of an image at its texels."""
     return mix_grey(image, taps)
 
 
-def _mixed(taps: Any, image: Image, unassociate: bool) -> Array:
+def mixed(taps: Any, image: Image, unassociate: bool) -> Array:
+    """Return colours and alphas (4, n) of an image at its texels."""
     return mix_taps(image, taps, unassociate)
 
 
