@@ -16,10 +16,10 @@ import numpy as np
 
 from .. import __version__, core
 from ..core.film.cryptomatte import metadata as matte_metadata
-from ..core.scene import Cancelled, Note, Scene, SceneError
+from ..core.scene import Cancelled, Scene, SceneError
 from ..core.settings import Settings
 from . import report, viewport
-from .export import export_camera, export_scene, read_frame
+from .export import export_scene, export_view, read_frame
 from .export.layers import blender_name, blender_passes, channel_type
 from .preferences import limit_memory, thread_count
 from .properties import read_preview_settings, read_settings
@@ -128,9 +128,9 @@ class _Job:
         frame = read_frame(engine, depsgraph.scene_eval.render)
         if scene is None:
             return export_scene(engine, depsgraph, frame, engine.test_break)
-        notes: list[Note] = []
-        camera = export_camera(engine, depsgraph, frame, notes)
-        return replace(scene, camera=camera, notes=tuple(dict.fromkeys((*scene.notes, *notes))))
+        notes = list(scene.notes)
+        camera = export_view(engine, depsgraph, frame, notes, engine.test_break)
+        return replace(scene, camera=camera, notes=tuple(dict.fromkeys(notes)))
 
     def sample(self, scene: Scene, settings: Settings, export_seconds: float) -> None:
         """Render one view, write it to Blender's result, and tell how it went."""

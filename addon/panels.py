@@ -34,6 +34,17 @@ PANELS: tuple[tuple[str, str, str, str, tuple[tuple[str, ...], ...]], ...] = (
         ),
     ),
     (
+        "OBJECT_PT_penumbra_motion",
+        "Motion Blur",
+        "object",
+        "object",
+        (
+            ("Motion Blur", "penumbra.use_motion_blur", "cycles.use_motion_blur"),
+            ("Deformation", "penumbra.use_deform_motion", "cycles.use_deform_motion"),
+            ("Steps", "penumbra.motion_steps", "cycles.motion_steps"),
+        ),
+    ),
+    (
         "OBJECT_PT_penumbra_terminator",
         "Shadow Terminator",
         "object",
@@ -62,6 +73,7 @@ PANELS: tuple[tuple[str, str, str, str, tuple[tuple[str, ...], ...]], ...] = (
             ("Multiple Importance", "cycles.use_multiple_importance_sampling"),
             ("", "cycles.is_portal"),
             ("", *_BOUNCES),
+            ("", "penumbra.use_motion_blur"),
         ),
     ),
     (
@@ -92,10 +104,21 @@ PANELS: tuple[tuple[str, str, str, str, tuple[tuple[str, ...], ...]], ...] = (
     ),
 )
 
+
+def _is_no_lamp(owner: bpy.types.ID) -> bool:
+    """Is it not the object of a light?  Of lights, their own datablock tells whether they move."""
+    return owner.type != "LIGHT"
+
+
 # Rows that only some kinds of datablocks have: path -> is it one?
 _ONLY = {
     "spread": lambda light: light.type == "AREA",
     "cycles.is_portal": lambda light: light.type == "AREA",
+    **{
+        f"{group}.{name}": _is_no_lamp
+        for group in ("penumbra", "cycles")
+        for name in ("use_motion_blur", "use_deform_motion")
+    },
 }
 
 

@@ -69,6 +69,30 @@ _LIGHT_BOUNCES = Option(
     maximum=1024,
 )
 
+_OBJECT_MOTION = (
+    Option("use_motion_blur", True, "Motion Blur", "The object moves while the shutter is open"),
+    Option(
+        "use_deform_motion",
+        True,
+        "Deformation",
+        "Its vertices move by themselves, too: armatures, shape keys, simulations",
+    ),
+    Option(
+        "motion_steps",
+        1,
+        "Steps",
+        "How finely its motion is looked at: at two times more, and between each two of them",
+        minimum=1,
+        maximum=7,
+    ),
+)
+_LAMP_MOTION = Option(
+    "use_motion_blur",
+    False,
+    "Motion Blur",
+    "The light moves while the shutter is open; in Cycles lights are still",
+)
+
 # What the viewport does, beside the options of a render
 VIEWPORT = (Option("preview_pause", False, "Pause", "Pause the refinement of rendered viewports"),)
 _LAYER = (
@@ -110,8 +134,8 @@ _CHANGE_PASSES = {option.name for option in _LAYER}
 # (owner, name of the group's class, its options)
 GROUPS: tuple[tuple[Any, str, tuple[Option, ...]], ...] = (
     (bpy.types.Scene, "PenumbraSceneSettings", OPTIONS + VIEWPORT),
-    (bpy.types.Object, "PenumbraObjectSettings", ()),
-    (bpy.types.Light, "PenumbraLightSettings", (_LIGHT_BOUNCES,)),
+    (bpy.types.Object, "PenumbraObjectSettings", _OBJECT_MOTION),
+    (bpy.types.Light, "PenumbraLightSettings", (_LIGHT_BOUNCES, _LAMP_MOTION)),
     (bpy.types.Material, "PenumbraMaterialSettings", ()),
     (bpy.types.World, "PenumbraWorldSettings", (_LIGHT_BOUNCES,)),
     (bpy.types.Camera, "PenumbraCameraSettings", ()),
@@ -176,10 +200,15 @@ def read_preview_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLaye
 
 def read_max_bounces(datablock: bpy.types.ID) -> int:
     """Return the bounce limit of a light or world; Cycles' own one where ours was never set."""
+    return read_own(datablock, "max_bounces")
+
+
+def read_own(datablock: bpy.types.ID, name: str) -> Any:
+    """Return a setting of a datablock; Cycles' own one where ours was never set."""
     cycles = getattr(datablock, "cycles", None)
-    if datablock.penumbra.is_property_set("max_bounces") or cycles is None:
-        return datablock.penumbra.max_bounces
-    return cycles.max_bounces
+    if datablock.penumbra.is_property_set(name) or not hasattr(cycles, name):
+        return getattr(datablock.penumbra, name)
+    return getattr(cycles, name)
 
 
 def adopt_cycles(scene: bpy.types.Scene, again: bool = False) -> list[str]:

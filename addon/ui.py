@@ -69,6 +69,16 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
         ),
     ),
     (
+        "Motion Blur",
+        (
+            "render:use_motion_blur",
+            "render:motion_blur_position",
+            "render:motion_blur_shutter",
+            "rolling_shutter_type",
+            "rolling_shutter_duration",
+        ),
+    ),
+    (
         "Performance",
         (
             "render:threads_mode",
@@ -97,6 +107,12 @@ ACTIVE = {
         render.film_transparent and settings.film_transparent_glass
     ),
     "threads": lambda settings, render: render.threads_mode == "FIXED",
+    "motion_blur_position": lambda settings, render: render.use_motion_blur,
+    "motion_blur_shutter": lambda settings, render: render.use_motion_blur,
+    "rolling_shutter_type": lambda settings, render: render.use_motion_blur,
+    "rolling_shutter_duration": lambda settings, render: (
+        render.use_motion_blur and settings.rolling_shutter_type != "NONE"
+    ),
 }
 
 DECLINED = {
@@ -153,6 +169,8 @@ def _draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
             row = layout.row()
             row.active = ACTIVE.get(name, lambda *_: True)(settings, render)
             row.prop(render if owner == "render" else settings, name)
+    if self.options[0] == "render:use_motion_blur":
+        layout.template_curve_mapping(render, "motion_blur_shutter_curve")
     if self.options[0] == "samples":
         layout.operator("penumbra.adopt_cycles")
 

@@ -36,7 +36,7 @@ def dot(a: Vec, b: Vec) -> Scalar:
     return total
 
 
-def cross(a: Vec, b: Vec) -> Vec:
+def cross(a: Any, b: Any) -> Any:
     """Return the cross products (3, N) of two arrays of vectors (3, N)."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
     out[0] = a[1] * b[2] - a[2] * b[1]

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from .arrays import F32, Vec, normalize
 from .bsdf import CAMERA, CLEAR, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from .camera import CompiledCamera, compile_camera
+from .camera_motion import MovingCamera, compile_moving_camera
 from .film.adaptive import Adaptive, compile_adaptive
 from .film.denoise import Denoising, is_there
 from .film.ledger import Ledger, compile_ledger, surface_facts
 from .film.passes import Pass, wanted
-from .geometry.accel import Accel, compile_accel, compile_own
+from .geometry.accel import Accel, can_move, compile_accel, compile_own
 from .geometry.attributes import OPACITY, VECTOR, Attributes, compile_attributes
 from .geometry.mesh import Triangles, bare_triangles, bounds, compile_triangles
 from .geometry.spaces import compile_spaces
@@ -63,6 +64,7 @@ from .shading import (
     images_below,
     output_of,
 )
+from .shutter import CompiledShutter, compile_shutter
 from .statistics import Preparation
 
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
@@ -98,6 +100,8 @@ class Plan:
 
     # Picture
     camera: CompiledCamera
+    camera_motion: MovingCamera | None  # the same at any time
+    shutter: CompiledShutter | None  # where anything moves
     rectangle: tuple[int, int, int, int]  # x0, y0, x1, y1 of the pixels rendered
     frame_width: int
     frame_height: int
@@ -237,6 +241,7 @@ def compile_plan(
     """
     started = perf_counter()
     notes = list(scene.notes)
+    scene = _at_rest(scene, notes)
     _check_pattern(settings)
 
     # Surfaces: a column for each material that occurs.
@@ -281,7 +286,7 @@ def compile_plan(
     masks += [(instance.receivers, instance.blockers) for instance in scene.instances]
     links_lights = any(receivers != EVERY_SET for receivers, _ in masks)
     links_shadows = any(blockers != EVERY_SET for _, blockers in masks)
-    is_mapped = bool(surfaces.attributes)
+    is_mapped = bool(surfaces.attributes) or (surfaces.reads_spaces and _any_moves(scene))
     is_numbered = links_lights or surfaces.reads_spaces or is_mapped or has_passes
     triangles, broken = kept.step(
         "triangles",
@@ -319,9 +324,11 @@ def compile_plan(
             lambda: compile_attributes(scene.instances, surfaces.attributes, triangles),
         )
     camera = compile_camera(scene.camera, settings, origin, box)
+    camera_motion = compile_moving_camera(scene.camera, settings, origin, box)
     view = compile_view(scene.camera, origin)
     spread = _spread(scene.camera, view)
-    if scene.camera.projection == "PERSP" and camera.near == 0:
+    first = camera if camera_motion is None else camera_motion.rest
+    if scene.camera.projection == "PERSP" and first.near == 0:
         view = replace(view, clip=F32(scene.camera.clip_start))
     place = Place(origin.astype(F32)[:, None], spaces, view, triangles, spread, attributes)
     surfaces_alone, surfaces = surfaces, replace(surfaces, place=place)
@@ -381,8 +388,13 @@ def compile_plan(
         textures=len(library.store.images),
         texture_bytes=library.store.memory,
     )
+    moves = camera_motion is not None or any(lamp.motion is not None for lamp in lamps)
+    moves = moves or (triangles is not None and triangles.movement is not None)
+    shutter = compile_shutter(scene.shutter, settings, scene.camera.height)
     plan = Plan(
         camera=camera,
+        camera_motion=camera_motion,
+        shutter=shutter if moves else None,
         rectangle=scene.camera.rectangle(),
         frame_width=scene.camera.width,
         frame_height=scene.camera.height,
@@ -446,6 +458,24 @@ def compile_plan(
         prepared=prepared,
     )
     return replace(plan, alone=_catchers_alone(plan)) if has_catchers else plan
+
+
+def _any_moves(scene: Scene) -> bool:
+    return any(instance.moves for instance in scene.instances)
+
+
+def _at_rest(scene: Scene, notes: list[Note]) -> Scene:
+    """Return the scene without moving objects, if Embree cannot place them, and note it."""
+    names = [instance.name for instance in scene.instances if instance.moves]
+    if not names or can_move():
+        return scene
+    text = "motion blur needs Embree's own library, which was not found: objects are still"
+    notes += [Note(f"Object '{name}'", text) for name in dict.fromkeys(names)]
+    resting = (
+        replace(i, motion=None, mesh=replace(i.mesh, deformation=None)) if i.moves else i
+        for i in scene.instances
+    )
+    return replace(scene, instances=tuple(resting))
 
 
 def _compile_ledger(
@@ -577,7 +607,7 @@ def _with_tracer(
 
 
 # Fields of instances that triangles do not depend on
-_NOT_SHAPES = {"name", "label", "attributes", "mesh", "to_world", "materials"}
+_NOT_SHAPES = {"name", "label", "attributes", "mesh", "to_world", "motion", "materials"}
 
 
 def _shapes(
@@ -591,7 +621,8 @@ def _shapes(
     def shape(instance: Instance) -> tuple[Any, ...]:
         materials = tuple(numbers[id(material)] for material in instance.materials or (None,))
         rest = tuple(getattr(instance, name) for name in names)
-        return instance.mesh, instance.to_world.tobytes(), materials, *rest
+        motion = None if instance.motion is None else instance.motion.tobytes()
+        return instance.mesh, instance.to_world.tobytes(), motion, materials, *rest
 
     made_from = instances, tuple(numbers.items())
     return kept.step("shapes", made_from, lambda: [shape(instance) for instance in instances])
@@ -673,7 +704,11 @@ def _compile_emitters(
     sides = np.array([_SIDES[m.emission_sampling if m else "AUTO"] for m in materials], np.int32)
     is_sampled = (sides > 0) & radiance.any(axis=0)
     number = triangles.ids[:, 0]
-    index = np.flatnonzero(is_sampled.take(number)).astype(np.int32)
+    chosen = is_sampled.take(number)
+    if triangles.movement is not None:
+        # Light that moves is found by chance alone.
+        chosen &= ~triangles.movement.moves.take(triangles.ids[:, 2])
+    index = np.flatnonzero(chosen).astype(np.int32)
     if not index.size:
         return None
     assert triangles.objects is not None

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import F32, Scalar
+from .arrays import F32, Scalar, take
 from .batches import Batch, Block, Pause, Schedule, Sums
 from .film.cryptomatte import Keys, Parts, summed
 from .film.denoise import DenoiseError, Denoising, denoise
@@ -24,7 +24,7 @@ from .film.film import MIDDLES, Film, drop_not_finite, new_film, rows
 from .film.passes import Pass
 from .pages import keep_pages, release_pages
 from .plan import Plan
-from .sampling.dimensions import LENS, PIXEL
+from .sampling.dimensions import LENS, PIXEL, TIME
 from .sampling.draws import Draws, Numbers
 from .scene import Note
 from .statistics import Tally, peak_memory, summary
@@ -231,11 +231,16 @@ def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
         draws, x, y = _draws(numbers, block, first, samples)
         u, v = draws.pair(PIXEL, None)
         lens = (None, None) if plan.camera.aperture is None else draws.pair(LENS, None)
-        origin, direction, far, slot = plan.camera.rays(x, y, u, v, *lens)
+        time, camera = None, plan.camera
+        if plan.shutter is not None:
+            time = plan.shutter.open(draws.pair(TIME, None)[0], y)
+            if plan.camera_motion is not None:
+                camera = plan.camera_motion.at(time)
+        origin, direction, far, slot = camera.rays(x, y, u, v, *lens)
         rays = Rays(origin, direction, far)
+        paths = Paths(rays.size, slot=slot, time=time if slot is None else take(time, slot))
         tally.rays_camera += rays.size
         tally.lap("camera")
-        paths = Paths(rays.size, slot=slot)
         found, seen = trace(plan, rays, paths, draws, tally, stop)
         if stop.is_set():
             break

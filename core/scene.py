@@ -140,13 +140,25 @@ class Attribute:
 
 
 @dataclass(frozen=True, eq=False)
+class Deformation:
+    """A mesh at K equal steps of the shutter's time: positions (K, V, 3) and normals as in `Mesh`.
+
+    normals (K, V, 3) or (K, F, 3, 3); None where the mesh has none, or they do not change.
+    """
+
+    positions: NDArray[np.floating]
+    normals: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles in object space; shared by the instances that show it.
 
     positions (V, 3) float32 or float64 [m]; triangles (F, 3) int32; normals: None where all
     faces are flat, (V, 3) per vertex or (F, 3, 3) per corner, float32, unit; slots: None where
     all triangles use material slot 0, else (F,) int32; texture_space: the middle and the half
-    size (3,) of the box that generated coordinates fill; attributes: by name.
+    size (3,) of the box that generated coordinates fill; attributes: by name; deformation: while
+    the shutter is open, None is none.
     """
 
     name: str
@@ -156,6 +168,7 @@ class Mesh:
     slots: NDArray[np.int32] | None = None
     texture_space: tuple[NDArray[np.float64], NDArray[np.float64]] = UNIT_SPACE
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
+    deformation: Deformation | None = None
 
     def __post_init__(self) -> None:
         vertices, faces = len(self.positions), len(self.triangles)
@@ -172,6 +185,8 @@ class Mesh:
                     f"Mesh '{self.name}': attribute '{name}' of the domain {attribute.domain} "
                     f"has shape {attribute.values.shape}"
                 )
+        if self.deformation is not None:
+            _deformation(self, self.deformation)
         if faces:
             low, high = int(self.triangles.min()), int(self.triangles.max())
             if low < 0 or high >= vertices:
@@ -241,6 +256,8 @@ class Instance:
 
     Where smooth: below the cosine `terminator_geometry` shadow rays start from the surface that
     the normals imply; `terminator_shading`, 0 to 2, darkens what light grazes.
+
+    motion (K, 3, 4): its affine at K equal steps of the shutter's time, None if it rests.
     """
 
     name: str
@@ -260,10 +277,17 @@ class Instance:
     attributes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     light_group: str = ""
     asset: str = ""
+    motion: NDArray[np.float64] | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether any of it moves while the shutter is open."""
+        return self.motion is not None or self.mesh.deformation is not None
 
     def __post_init__(self) -> None:
         owner = f"Object '{self.name}'"
         _affine(owner, self.to_world)
+        _motion(owner, self.motion)
         _links(owner, self.receivers, self.blockers)
         for number in (self.receiver_set, self.blocker_set):
             if not 0 <= number < 64:
@@ -302,9 +326,11 @@ class Lamp:
     lights_catchers: bool = True  # its light counts where shadow catchers are alone
     surface: Node | None = None  # a shader whose emission multiplies the strength
     light_group: str = ""
+    motion: NDArray[np.float64] | None = None  # (K, 3, 4), its affine at equal steps of time
 
     def __post_init__(self) -> None:
         owner = f"Light '{self.name}'"
+        _motion(owner, self.motion)
         _links(owner, self.receivers, self.blockers)
         if self.kind not in ("POINT", "SPOT", "SUN", "AREA"):
             raise SceneError(f"{owner}: unknown kind {self.kind!r}")
@@ -335,6 +361,9 @@ class Camera:
     [1], at any distance for ORTHO [m], and a part of the panorama's unit square for PANO.
     `border` (x0, y0, x1, y1) is the part of the `width` x `height` raster that is rendered, in
     pixels from its lower left corner.  An aperture of None is a pinhole.
+
+    motion: the camera at two or more equal steps of the shutter's time, () if it rests; all but
+    its place, window and the size and focus of its aperture is as if it rested.
     """
 
     to_world: NDArray[np.float64]
@@ -348,9 +377,12 @@ class Camera:
     aperture: Aperture | None = None
     panorama: Panorama | None = None  # of PANO
     eye: Eye | None = None  # not of ORTHO
+    motion: tuple["Camera", ...] = ()
 
     def __post_init__(self) -> None:
         _affine("Camera", self.to_world)
+        if len(self.motion) == 1:
+            raise SceneError("Camera: it moves, but its motion has one step only")
         _numbers("Camera", self, window=4, clip_start=1)
         if self.projection not in ("PERSP", "ORTHO", "PANO"):
             raise SceneError(f"Camera: projection {self.projection!r} is not PERSP, ORTHO or PANO")
@@ -374,7 +406,10 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """All that is rendered in one frame and view layer."""
+    """All that is rendered in one frame and view layer.
+
+    shutter (n,): how much light it lets in at equal steps of its time, None if always all.
+    """
 
     camera: Camera
     instances: tuple[Instance, ...] = ()
@@ -384,12 +419,46 @@ class Scene:
     frame: int = 0
     layer: Layer = Layer()
     notes: tuple[Note, ...] = ()
+    shutter: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        curve = self.shutter
+        if curve is not None and not (len(curve) > 1 and (curve >= 0).all() and curve.any()):
+            raise SceneError("Render settings: the shutter curve lets no light in")
 
 
 def _shape(mesh: Mesh, name: str, expected: tuple[int, ...]) -> None:
     actual = getattr(mesh, name).shape
     if actual != expected:
         raise SceneError(f"Mesh '{mesh.name}': {name} has shape {actual}, expected {expected}")
+
+
+def _deformation(mesh: Mesh, found: Deformation) -> None:
+    owner = f"Mesh '{mesh.name}'"
+    if len(found.positions) < 2 or found.positions.shape[1:] != mesh.positions.shape:
+        raise SceneError(
+            f"{owner}: its deformation has shape {found.positions.shape}, expected two or more "
+            f"steps of {mesh.positions.shape}"
+        )
+    if not np.isfinite(found.positions).all():
+        raise SceneError(f"{owner}: its deformation has a coordinate that is not a finite number")
+    if found.normals is None:
+        return
+    usual = None if mesh.normals is None else mesh.normals.shape
+    if found.normals.shape[1:] != usual or len(found.normals) != len(found.positions):
+        raise SceneError(
+            f"{owner}: the normals of its deformation have shape {found.normals.shape}, "
+            f"those of the mesh {usual}"
+        )
+
+
+def _motion(owner: str, motion: NDArray[np.float64] | None) -> None:
+    if motion is None:
+        return
+    if motion.ndim != 3 or len(motion) < 2:
+        raise SceneError(f"{owner}: its motion has shape {motion.shape}, expected (K, 3, 4)")
+    for matrix in motion:
+        _affine(owner, matrix)
 
 
 def _links(owner: str, *masks: int) -> None:

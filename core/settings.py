@@ -41,6 +41,10 @@ PATTERNS = (
     ("REGULAR", "Regular", "The centres of a grid in the pixel; for a fixed sample count"),
     ("RANDOM", "Random", "Independent uniform points: the yardstick the others are held against"),
 )
+SHUTTERS = (
+    ("NONE", "None", "The whole picture is exposed at once"),
+    ("TOP", "Top-Bottom", "Rows are exposed one after the other, from the top"),
+)
 FILTERS = (
     ("BOX", "Box", "Box filter of one pixel"),
     ("GAUSSIAN", "Gaussian", "Gaussian filter"),
@@ -200,6 +204,16 @@ class Settings:
     )
 
     # Film
+    rolling_shutter_type: str = _option(
+        "NONE", "Rolling Shutter", "How the shutter passes the picture", choices=SHUTTERS
+    )
+    rolling_shutter_duration: float = _option(
+        0.1,
+        "Rolling Shutter Duration",
+        "The share of the shutter's time for which a row is exposed",
+        minimum=0.0,
+        maximum=1.0,
+    )
     pixel_filter_type: str = _option(
         "BLACKMAN_HARRIS", "Filter Type", "Pixel filter", choices=FILTERS
     )

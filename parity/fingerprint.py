@@ -39,6 +39,27 @@ def _lines(scene: bpy.types.Scene) -> Iterator[str]:
     for group in ("objects", "cameras", "lights", "worlds", "materials", "meshes", "images"):
         for item in getattr(bpy.data, group):
             yield from _datablock(f"{group} {item.name}", item)
+    if scene.render.use_motion_blur:
+        yield from _movement(scene)
+
+
+def _movement(scene: bpy.types.Scene) -> Iterator[str]:
+    """Yield what the shutter sees: places, vertices and the camera at times about the frame."""
+    curve = scene.render.motion_blur_shutter_curve.curves[0]
+    yield str([(_plain(each.location), each.handle_type) for each in curve.points])
+    frame = scene.frame_current
+    for quarter in range(-8, 9):
+        scene.frame_set(frame + quarter // 4, subframe=quarter % 4 / 4)
+        graph = bpy.context.evaluated_depsgraph_get()
+        for item in graph.object_instances:
+            yield f"{item.object.name} {[_plain(row) for row in item.matrix_world]}"
+            if item.object.type == "MESH":
+                mesh = item.object.data
+                positions = np.empty(len(mesh.vertices) * 3, np.float32)
+                mesh.vertices.foreach_get("co", positions)
+                yield hashlib.sha256(positions.tobytes()).hexdigest()
+        yield from _struct("camera", scene.camera.evaluated_get(graph).data)
+    scene.frame_set(frame)
 
 
 def _datablock(name: str, item: Any) -> Iterator[str]:

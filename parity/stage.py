@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from .keys import bent_by_bones, blur, child, empty, instancer, keyed, shape  # noqa: F401
 from .nodes import Node, Output
 
 # isort: split

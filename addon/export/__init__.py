@@ -6,7 +6,8 @@ makes geometry other than a mesh (text, curve, surface, metaball) comes twice, a
 the mesh it makes; only meshes are taken, so each counts once.
 """
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -29,18 +30,40 @@ from ...core.scene import (
 )
 from ...core.shading.attributes import attributes_wanted
 from .attributes import export_properties
-from .geometry import export_mesh
+from .geometry import NO_CORNERS, Exported, export_mesh, export_mesh_with_corners
 from .images import Images
 from .known import Known
 from .labels import read_label
 from .layers import export_layer, layer_notes, layer_world
 from .lights import Light, export_world, place_lamp, read_light
 from .materials import export_material
+from .motion import (
+    Key,
+    Moved,
+    Shutter,
+    Track,
+    Wish,
+    export_motion,
+    key_of,
+    may_deform,
+    move_camera,
+    read_curve,
+    read_lamp_wish,
+    read_shutter,
+    read_wish,
+)
 from .view import Frame, export_camera, read_frame
 from .viewport import EVERYTHING, Viewport
 from .visibility import read_flags, read_light_flags, read_links
 
-__all__ = ["Frame", "Known", "export_camera", "export_content", "export_scene", "read_frame"]
+__all__ = [
+    "Frame",
+    "Known",
+    "export_content",
+    "export_scene",
+    "export_view",
+    "read_frame",
+]
 
 LIGHT_ONLY = Layer()
 _POLLED = 256  # instances between two looks at the Escape key
@@ -63,7 +86,12 @@ def export_scene(
     """
     notes: list[Note] = []
     camera = export_camera(engine, depsgraph, frame, notes)
-    return export_content(depsgraph, camera, notes, should_stop)
+    shutter = read_shutter(depsgraph.scene_eval, depsgraph.view_layer_eval)
+    still, content = _read(depsgraph, camera, notes, should_stop, moves=shutter is not None)
+    if shutter is None:
+        return still
+    still = replace(still, shutter=read_curve(depsgraph.scene_eval, notes), notes=tuple(notes))
+    return _moved(still, content, shutter, engine, depsgraph, frame, should_stop)
 
 
 def export_content(
@@ -74,23 +102,34 @@ def export_content(
     known: Known | None = None,
     view: Viewport = EVERYTHING,
 ) -> Scene:
-    """Return what `camera` sees; `notes` are those on it.
+    """Return what `camera` sees, without motion, as viewports show it; `notes` are those on it.
 
     `known` are meshes, materials and images of an earlier export; `view` is what a viewport hides.
     Raises: SceneError that names the culprit; Cancelled if `should_stop` says so.
     """
+    return _read(depsgraph, camera, notes, should_stop, known, view)[0]
+
+
+def _read(
+    depsgraph: bpy.types.Depsgraph,
+    camera: Camera,
+    notes: list[Note],
+    should_stop: Callable[[], bool],
+    known: Known | None = None,
+    view: Viewport = EVERYTHING,
+    moves: bool = False,
+) -> "tuple[Scene, _Content]":
+    """Return what `camera` sees in the frame, and what is known of it."""
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     notes.extend(layer_notes(view_layer))
-    if scene.render.use_motion_blur and view_layer.use_motion_blur:
-        notes.append(Note("Render settings", "motion blur is not honoured: everything is still"))
     # Viewports show light, whatever passes a picture has.
     layer = export_layer(scene, view_layer) if view.space is None else LIGHT_ONLY
-    content = _Content(depsgraph, notes, known or Known(), view, layer)
+    content = _Content(depsgraph, notes, known or Known(), view, layer, moves)
     for count, item in enumerate(depsgraph.object_instances):
         if count % _POLLED == 0 and should_stop():
             raise Cancelled
         content.add(item)
-    return Scene(
+    still = Scene(
         camera=camera,
         instances=tuple(content.instances),
         lamps=tuple(content.lamps),
@@ -100,15 +139,80 @@ def export_content(
         layer=layer,
         notes=tuple(dict.fromkeys(notes)),
     )
+    return still, content
+
+
+def export_view(
+    engine: bpy.types.RenderEngine,
+    depsgraph: bpy.types.Depsgraph,
+    frame: Frame,
+    notes: list[Note],
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Camera:
+    """Return the camera of the engine's active view, with its motion; see `export_scene`."""
+    camera = export_camera(engine, depsgraph, frame, notes)
+    shutter = read_shutter(depsgraph.scene_eval, depsgraph.view_layer_eval)
+    if shutter is None:
+        return camera
+    return _move_camera(camera, shutter, {}, engine, depsgraph, frame, should_stop)
+
+
+def _move_camera(
+    camera: Camera,
+    shutter: Shutter,
+    tracks: dict[Key, Track],
+    engine: bpy.types.RenderEngine,
+    depsgraph: bpy.types.Depsgraph,
+    frame: Frame,
+    should_stop: Callable[[], bool],
+) -> Camera:
+    """Return the camera with its motion, and fill `tracks` on the way."""
+    original = engine.camera_override or depsgraph.scene_eval.camera
+    wish = read_wish(original.evaluated_get(depsgraph), None)
+
+    def look() -> Camera:
+        return export_camera(engine, depsgraph, frame, [])
+
+    return move_camera(
+        camera, export_motion(engine, depsgraph, shutter, tracks, look, wish, should_stop)
+    )
+
+
+def _moved(
+    still: Scene,
+    content: "_Content",
+    shutter: Shutter,
+    engine: bpy.types.RenderEngine,
+    depsgraph: bpy.types.Depsgraph,
+    frame: Frame,
+    should_stop: Callable[[], bool],
+) -> Scene:
+    """Return the scene with all that moves while the shutter is open."""
+    tracks = {key: content.tracks[key] for key in (*content.instance_keys, *content.lamp_keys)}
+    way = engine, depsgraph, frame, should_stop
+    camera = _move_camera(still.camera, shutter, tracks, *way)
+    notes = list(still.notes)
+    moved = Moved(shutter, notes)
+    instances = zip(still.instances, content.instance_keys, strict=True)
+    lamps = zip(still.lamps, content.lamp_keys, strict=True)
+    return replace(
+        still,
+        camera=camera,
+        instances=tuple(moved.instance(each, tracks[key]) for each, key in instances),
+        lamps=tuple(moved.lamp(each, tracks[key]) for each, key in lamps),
+        notes=tuple(dict.fromkeys(notes)),
+    )
 
 
 class _Shown(NamedTuple):
-    """What the instances of one object have in common."""
+    """What the instances of one object have in common; wish and source: see `motion`."""
 
     name: str
     mesh: Mesh
     materials: tuple[Material, ...]
     flags: dict[str, Any]
+    wish: Wish | None
+    source: Exported | None
 
 
 class _Content:
@@ -124,7 +228,8 @@ class _Content:
         notes: list[Note],
         known: Known,
         view: Viewport,
-        layer: Layer = LIGHT_ONLY,
+        layer: Layer,
+        moves: bool,
     ) -> None:
         view_layer = self.view_layer = depsgraph.view_layer_eval
         self.links = read_links(depsgraph)
@@ -136,7 +241,12 @@ class _Content:
         self.scene = depsgraph.scene_eval
         self.images = Images(notes, self.scene, known, view.space is not None)
         self.known, self.view = known, view
-        self.meshes: dict[tuple[int, frozenset[str]], Mesh] = {}
+        self.meshes: dict[tuple[int, frozenset[str]], Exported] = {}
+        self.moves = moves
+        self.seen: Counter[Key] = Counter()
+        self.tracks: dict[Key, Track] = {}
+        self.instance_keys: list[Key] = []
+        self.lamp_keys: list[Key] = []
         self.materials: dict[int, Material] = {}
         self.shown: dict[tuple[int, int, int], _Shown | None] = {}
         self.lights: dict[tuple[int, int], Light | None] = {}
@@ -148,6 +258,7 @@ class _Content:
         """Take one item of the depsgraph: a mesh, a light, or something to note."""
         object = item.object
         kind = object.type
+        known_by = key_of(item, self.seen) if self.moves else ()
         source, parent = object, None
         if item.is_instance:
             source, parent = item.instance_object or object, item.parent
@@ -166,16 +277,22 @@ class _Content:
             lamp = light and place_lamp(light, _affine(item.matrix_world))
             if lamp is not None:
                 self.lamps.append(lamp)
+                if self.moves:
+                    self.tracks[known_by] = Track(read_lamp_wish(object))
+                    self.lamp_keys.append(known_by)
         elif kind == "MESH" and self.surfaces and item.show_self:
             key = address, object.data.as_pointer(), made_by
             if key not in self.shown:
                 self.shown[key] = self.read(object, parent)
             shown = self.shown[key]
             if shown is not None:
-                name, mesh, materials, flags = shown
+                name, mesh, materials, flags, wish, exported = shown
                 matrix = _affine(item.matrix_world)
                 label = read_label(item, self.scene.frame_current_final)
                 self.instances.append(Instance(name, mesh, matrix, materials, label=label, **flags))
+                if wish is not None:
+                    self.tracks[known_by] = Track(wish, exported)
+                    self.instance_keys.append(known_by)
 
     def read_light(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> Light | None:
         """Return what all instances have in common that `parent` makes of a light object."""
@@ -202,21 +319,26 @@ class _Content:
         materials = [self.material(slot) for slot in slots or [self.override]]
         names = self.shared_attributes.union(*map(attributes_wanted, materials))
         key = data.as_pointer(), names
-        mesh = self.meshes.get(key)
-        if mesh is None:
+        exported = self.meshes.get(key)
+        if exported is None:
             is_displaced = any(material.moves for material in materials)
-            mesh = self.known.mesh(
-                object, parent, names, lambda: _read_mesh(object, names, is_displaced)
+            exported = self.known.mesh(
+                object, parent, names, lambda: _read_mesh(object, names, self.moves, is_displaced)
             )
-            self.meshes[key] = mesh
+            self.meshes[key] = exported
+        mesh = exported.mesh
         if len(mesh.triangles) == 0:
             return None
+        wish = source = None
+        if self.moves:
+            wish = read_wish(object, parent)
+            source = exported if may_deform(object) and wish.velocity is None else None
         flags["attributes"] = export_properties(names, object, parent, self.view_layer, self.scene)
 
         # A face whose slot does not exist shows the last one
         highest = 0 if mesh.slots is None else int(mesh.slots.max())
         materials += materials[-1:] * (highest + 1 - len(materials))
-        return _Shown(object.name, mesh, tuple(materials), flags)
+        return _Shown(object.name, mesh, tuple(materials), flags, wish, source)
 
     def material(self, material: bpy.types.Material | None) -> Material:
         key = 0 if material is None else material.as_pointer()
@@ -242,17 +364,26 @@ class _Content:
         )
 
 
-def _read_mesh(object: bpy.types.Object, names: frozenset[str], is_displaced: bool) -> Mesh:
+def _read_mesh(
+    object: bpy.types.Object, names: frozenset[str], moves: bool, is_displaced: bool
+) -> Exported:
     """Return the mesh of an object; one in edit mode keeps its faces out of `data`."""
+    if moves:
+        read = export_mesh_with_corners
+    else:
+
+        def read(mesh: bpy.types.Mesh, names: Collection[str]) -> Exported:
+            return Exported(export_mesh(mesh, names), NO_CORNERS)
+
     # Before Blender 5.1 Cycles cuts meshes along sharp edges: displaced, they come apart
     is_cut = is_displaced and bpy.app.version < (5, 1) and object.data.normals_domain == "CORNER"
     if not object.data.is_editmode and not is_cut:
-        return export_mesh(object.data, names)
+        return read(object.data, names)
     try:
         mesh = object.to_mesh()
         if is_cut:
             mesh.split_faces()
-        return export_mesh(mesh, names)
+        return read(mesh, names)
     finally:
         object.to_mesh_clear()
 

@@ -8,6 +8,7 @@ with larger faces read `loop_triangles`.
 """
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -24,10 +25,54 @@ _OTHER = np.array([0, 1, 3, 1, 2, 3], np.int32)
 _CHUNK = 1 << 15  # quads whose arithmetic stays in the caches
 
 
+NO_CORNERS: Corners = np.empty((0, 3), np.int32)  # of meshes that rest: nobody asks
+
+
+class Exported(NamedTuple):
+    """A mesh, and which of Blender's corners are those of its triangles (F, 3)."""
+
+    mesh: Mesh
+    corners: Corners
+
+
 def export_mesh(mesh: bpy.types.Mesh, names: Collection[str] = ()) -> Mesh:
     """Return the triangles of an evaluated mesh, in object space [m], and attributes by name."""
+    return _export(mesh, names, False)[0]
+
+
+def export_mesh_with_corners(mesh: bpy.types.Mesh, names: Collection[str] = ()) -> Exported:
+    """Return the same, of a mesh that may deform."""
+    exported, corners = _export(mesh, names, True)
+    if corners is None:
+        corners = np.arange(3 * len(exported.triangles), dtype=np.int32).reshape(-1, 3)
+    return Exported(exported, corners)
+
+
+def export_shape(
+    mesh: bpy.types.Mesh, like: Exported
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None] | None:
+    """Return positions and normals of a mesh at another time; None if its faces are others."""
+    before, corners = like
+    if len(mesh.vertices) != len(before.positions) or not len(mesh.polygons):
+        return None
+    corner_vertex = read_items(mesh.attributes[".corner_vert"].data, "value", np.int32)
+    if corners.max(initial=0) >= len(corner_vertex):
+        return None
+    if not np.array_equal(corner_vertex.take(corners), before.triangles):
+        return None
+    positions = read_items(mesh.attributes["position"].data, "vector", np.float32, 3)
+    normals = _normals(mesh, corners)
+    same = (None if each is None else each.shape for each in (normals, before.normals))
+    if len(set(same)) > 1:
+        normals = None
+    return positions, normals
+
+
+def _export(
+    mesh: bpy.types.Mesh, names: Collection[str], keeps_corners: bool
+) -> tuple[Mesh, Corners | None]:
     if len(mesh.polygons) == 0:
-        return Mesh(mesh.name, np.empty((0, 3), np.float32), np.empty((0, 3), np.int32))
+        return Mesh(mesh.name, np.empty((0, 3), np.float32), np.empty((0, 3), np.int32)), None
     positions = read_items(mesh.attributes["position"].data, "vector", np.float32, 3)
     corner_vertex = read_items(mesh.attributes[".corner_vert"].data, "value", np.int32)
     faces = corners = None
@@ -38,11 +83,12 @@ def export_mesh(mesh: bpy.types.Mesh, names: Collection[str] = ()) -> Mesh:
         faces = read_items(mesh.loop_triangle_polygons, "value", np.int32)
         if _are_quads(mesh, faces):
             by_corner = mesh.normals_domain == "CORNER" or has_corner_attributes(mesh, names)
+            by_corner = by_corner or keeps_corners
             triangles, corners = _cut_quads(positions, corner_vertex, by_corner)
         else:
             corners = _triangulate(mesh, positions, corner_vertex, faces)
             triangles = corner_vertex.take(corners)
-    return Mesh(
+    exported = Mesh(
         name=mesh.name,
         positions=positions,
         triangles=triangles,
@@ -51,6 +97,7 @@ def export_mesh(mesh: bpy.types.Mesh, names: Collection[str] = ()) -> Mesh:
         texture_space=(np.array(mesh.texspace_location), np.array(mesh.texspace_size)),
         attributes=export_attributes(mesh, names, corners, faces) if names else {},
     )
+    return exported, corners
 
 
 def _are_quads(mesh: bpy.types.Mesh, faces: NDArray[np.int32]) -> bool:

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple, TypeVar
 import bpy
 
 from ...core.images import ImageSource
-from ...core.scene import Mesh, Note
+from ...core.scene import Note
+from .geometry import Exported
 
 T = TypeVar("T")
 Uid = int
@@ -28,7 +29,7 @@ class Known:
     """Meshes, shaders and images of an earlier export; empty for one that stands alone."""
 
     def __init__(self) -> None:
-        self._meshes: dict[tuple[Any, ...], tuple[frozenset[Uid], Mesh]] = {}
+        self._meshes: dict[tuple[Any, ...], tuple[frozenset[Uid], Exported]] = {}
         self._shaders: dict[Uid, _Read] = {}
         self._images: dict[tuple[Uid, str], _Read] = {}
         self._limits: dict[str, float] = {}
@@ -69,8 +70,8 @@ class Known:
         object: bpy.types.Object,
         parent: bpy.types.Object | None,
         names: frozenset[str],
-        read: Callable[[], Mesh],
-    ) -> Mesh:
+        read: Callable[[], Exported],
+    ) -> Exported:
         """Return the mesh of an evaluated object with the attributes `names`."""
         data = object.data
         if data.is_editmode:

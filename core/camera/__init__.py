@@ -7,7 +7,7 @@ pixel filter is importance-sampled: a sample's position is drawn from the filter
 a pixel weigh the same (Ernst et al. 2006, "Filter Importance Sampling").
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -47,19 +47,23 @@ class CompiledCamera:
     distances along the view axis, near 0 if the scene does not come that near, far None if it
     does not reach that far; `offsets` is the inverse of the pixel filter's distribution [pixels].
 
-    aperture: None for a pinhole; its points are in the plane of `sides`, right and up, (3, 1)
-    each.  panorama: None for a flat picture; else `map` is (low, step) of the picture's x and y by
-    raster position, `run` the axes of its space, and near and far are distances from the eye.
-    eye: one of two, None if there is one.
+    aperture: None for a pinhole; `lens` is half of its width, half of its height and the distance
+    that is sharp [m], (3, 1) in all; its points are in the plane of `sides`, right and up, (3, 1)
+    each, if the picture is flat.  panorama: None for a flat picture; else `map` is (low, step) of
+    the picture's x and y by raster position, `run` the axes of its space, and near and far are
+    distances from the eye.  eye: one of two, None if there is one.
+
+    Of a camera that moves all vectors may be (3, N), one for each ray; see `camera_motion`.
     """
 
-    start: tuple[Vec, Vec, Vec]
-    run: tuple[Vec, Vec, Vec]
+    start: tuple[Vec, ...]
+    run: tuple[Vec, ...]
     is_perspective: bool
     near: np.float32
     far: np.float32 | None
     offsets: NDArray[np.float32]
-    sides: tuple[Vec, Vec]
+    sides: tuple[Vec, ...] = ()
+    lens: tuple[Vec, ...] = ()
     aperture: Aperture | None = None
     panorama: Panorama | None = None
     map: NDArray[np.float32] | None = None
@@ -88,7 +92,7 @@ class CompiledCamera:
         point = None
         if self.aperture is not None:
             assert lens_u is not None and lens_v is not None
-            right, up = opening(self.aperture, lens_u, lens_v)
+            right, up = opening(self.aperture, self.lens[0][:2], lens_u, lens_v)
             point = self.sides[0] * right
             point += self.sides[1] * up
         if not self.is_perspective:
@@ -117,7 +121,7 @@ class CompiledCamera:
         direction[:] = self.run[0]
         if self.aperture is not None and point is not None:
             # Every ray has an aperture of its own; origins are on the near clipping plane.
-            nearness = F32(1 / self.aperture.focus)
+            nearness = F32(1) / self.lens[0][2]
             direction -= point * nearness
             normalize(direction)
             origin += point * (F32(1) - self.near * nearness)
@@ -129,7 +133,7 @@ class CompiledCamera:
         length = np.sqrt(dot(direction, direction))
         origin: Vec = np.zeros_like(direction)
         if self.aperture is not None and point is not None:
-            direction -= point * F32(1 / self.aperture.focus)
+            direction -= point * (F32(1) / self.lens[0][2])
             origin = point
         normalize(direction)
         if self.eye is not None:
@@ -155,34 +159,45 @@ class CompiledCamera:
         direction, inside = panoramas.direction(self.panorama, px, py)
 
         # Leave out what is outside of the picture
-        index = None
+        index, camera = None, self
         if inside is not None and not inside.all():
             index = np.flatnonzero(inside)
             direction = direction.take(index, axis=1)
             lens_u, lens_v = take(lens_u, index), take(lens_v, index)
+            camera = self._of(index)
 
         # Move the start about the eye, in the space of the panorama
         origin = None
         if self.aperture is not None:
             assert lens_u is not None and lens_v is not None
-            origin = _facing(normalize(direction), opening(self.aperture, lens_u, lens_v))
-            direction -= origin * F32(1 / self.aperture.focus)
+            lens = camera.lens[0]
+            point = opening(self.aperture, lens[:2], lens_u, lens_v)
+            origin = _facing(normalize(direction), point)
+            direction -= origin * (F32(1) / lens[2])
             normalize(direction)
         if self.eye is not None:
             aside, direction = look(self.eye, direction)
             origin = aside if origin is None else origin + aside
 
         # Turn all into the world, and start at the near clipping sphere
-        direction = normalize(self._turned(direction))
+        direction = normalize(camera._turned(direction))
         start = direction * self.near
-        start += self.start[0]
+        start += camera.start[0]
         if origin is not None:
-            start += self._turned(origin)
+            start += camera._turned(origin)
         far = None
         if self.far is not None:
             far = np.full(direction.shape[1], self.far - self.near, F32)
         check("camera", origin=start, direction=direction)
         return CameraRays(start, direction, far, index)
+
+    def _of(self, index: Index) -> "CompiledCamera":
+        """Return the camera of the rays at `index`."""
+        run, start, lens = (
+            tuple(v if v.shape[1] == 1 else v.take(index, axis=1) for v in vectors)
+            for vectors in (self.run, self.start, self.lens)
+        )
+        return replace(self, run=run, start=start, lens=lens)
 
     def _turned(self, vector: Vec) -> Vec:
         turned: Vec = self.run[0] * vector[0]
@@ -230,7 +245,11 @@ def compile_camera(
     is_round = camera.panorama is not None
     is_pinhole = not is_round and camera.aperture is None and camera.eye is None
     keeps_near = not is_pinhole or _comes_near(camera, box)
-    right_side, up_side, _ = _columns((axis_x, axis_y, axis_z))
+    lens: tuple[Vec, ...] = ()
+    sides: tuple[Vec, ...] = ()
+    if camera.aperture is not None:
+        lens = _columns((np.array([*camera.aperture.half, camera.aperture.focus]),))
+        sides = () if is_round else _columns((axis_x, axis_y))
     return CompiledCamera(
         start=_columns(start),
         run=_columns(run),
@@ -238,7 +257,8 @@ def compile_camera(
         near=F32(camera.clip_start if keeps_near else 0.0),
         far=F32(camera.clip_end) if _reaches(camera, box) else None,
         offsets=_filter_offsets(settings.pixel_filter_type, settings.filter_width),
-        sides=(right_side, up_side),
+        sides=sides,
+        lens=lens,
         aperture=camera.aperture,
         panorama=camera.panorama,
         map=np.array([(left, width), (bottom, height)], F32) if is_round else None,
@@ -246,9 +266,8 @@ def compile_camera(
     )
 
 
-def _columns(vectors: tuple[NDArray[np.float64], ...]) -> tuple[Vec, Vec, Vec]:
-    a, b, c = (vector.astype(F32)[:, None] for vector in vectors)
-    return a, b, c
+def _columns(vectors: tuple[NDArray[np.float64], ...]) -> tuple[Vec, ...]:
+    return tuple(vector.astype(F32)[:, None] for vector in vectors)
 
 
 def _comes_near(camera: Camera, box: NDArray[np.float64] | None) -> bool:

@@ -7,8 +7,10 @@ from ..optics import Aperture
 from ..sampling.warp import concentric_disk, uniform_triangle
 
 
-def opening(aperture: Aperture, u: Scalar, v: Scalar) -> Vec:
+def opening(aperture: Aperture, half: Vec, u: Scalar, v: Scalar) -> Vec:
     """Return points (2, N) [m], right and up, uniform in the opening; unbiased.
+
+    half (2, 1) or (2, N) [m]: half of its width and of its height, see `Aperture.half`.
 
     Polygons have their corners on the circle of the aperture's radius, one of them half a side
     from the rotation; fewer than three blades make no polygon, but a disk (Cycles).
@@ -17,9 +19,7 @@ def opening(aperture: Aperture, u: Scalar, v: Scalar) -> Vec:
         point = concentric_disk(u, v)
     else:
         point = _polygon(aperture.blades, aperture.rotation, u, v)
-    point *= F32(aperture.radius)
-    if aperture.ratio != 1:
-        point[0] *= F32(1 / aperture.ratio)
+    point *= half
     return point
 
 

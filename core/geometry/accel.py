@@ -23,6 +23,7 @@ from ..statistics import Tally
 from . import embree
 from .layers import compile_layers
 from .mesh import Triangles
+from .moving import MovingPart, moving_part
 from .objects import PLAIN, Traits
 from .part import FAR, Hits, Part, Sets, no_hits
 from .walk import Passage, Shade, walk
@@ -65,15 +66,17 @@ class Accel:
         left: Ids | None,
         kinds: Kinds | None,
         tally: Tally,
+        time: Scalar | None = None,
     ) -> Hits:
         """Return the closest hits of rays (3, N) that leave triangles `left` (N,) or None.
 
-        `kinds` (N,) are bits of the kinds of the rays, None for camera rays.  A hit of the very
+        `kinds` (N,) are bits of the kinds of the rays, None for camera rays; time (N,), None if
+        nothing moves, as in all that follow.  A hit of the very
         triangle that a ray has left is no hit: it is traced again from beyond ("ignore the
         polygon we come from").
         """
         start = perf_counter()
-        hits = self._closest(origin, direction, far, kinds)
+        hits = self._closest(origin, direction, far, kinds, time)
         tally.embree += perf_counter() - start
         if left is not None:
             again = np.flatnonzero(hits.triangle == left)
@@ -84,7 +87,7 @@ class Accel:
                 skip = hits.t.take(again) * F32(1 + 2.0**-20)
                 o += d * skip
                 rest = None if far is None else far.take(again) - skip
-                beyond = self._closest(o, d, rest, take(kinds, again))
+                beyond = self._closest(o, d, rest, take(kinds, again), take(time, again))
                 np.add(beyond.t, skip, out=beyond.t)
                 hits.put(again, beyond)
                 tally.embree += perf_counter() - start
@@ -97,6 +100,7 @@ class Accel:
         far: Scalar,
         tally: Tally,
         blockers: Sets = EVERY_SET,
+        time: Scalar | None = None,
     ) -> Scalar:
         """Return 1 for each ray that meets nothing opaque before `far` (N,) x direction, else 0.
 
@@ -110,12 +114,13 @@ class Accel:
             if index is not None and not index.size:
                 continue
             if index is None:
-                seen = part.free(origin, direction, far)
+                seen = part.free(origin, direction, far, time)
                 free = seen if free is None else np.bitwise_and(free, seen, out=free)
             else:
                 free = _nothing_met(far) if free is None else free
                 some = np.broadcast_to(origin, direction.shape).take(index, axis=1)
-                seen = part.free(some, direction.take(index, axis=1), far.take(index))
+                way = some, direction.take(index, axis=1), far.take(index)
+                seen = part.free(*way, take(time, index))
                 free[index] &= seen  # -1 has all bits set, 0 none
         free = _nothing_met(far) if free is None else free
         tally.embree += perf_counter() - start
@@ -131,13 +136,14 @@ class Accel:
         limit: int | Ids,
         left: Ids | None = None,
         blockers: Sets = EVERY_SET,
+        time: Scalar | None = None,
     ) -> Scalar | Vec:
         """Return how much light rays let pass before `far` (N,): (N,), or (3, N) if coloured.
 
         `shade` gives what each transparent surface lets pass; behind more than `limit` of them,
         for all or (N,), it is dark.  Triangles `left` (N,) that rays start from do not count.
         """
-        visible = self.free(origin, direction, far, tally, blockers)
+        visible = self.free(origin, direction, far, tally, blockers, time)
         passage = Passage(visible, limit, shade)
         origin = np.broadcast_to(origin, direction.shape)
         before = np.full(visible.size, -1, np.int32) if left is None else left
@@ -147,7 +153,8 @@ class Accel:
             if some is not None:
                 ray = np.intersect1d(ray, some, assume_unique=True)
             o, d = origin.take(ray, axis=1), direction.take(ray, axis=1)
-            walk(self.triangles, part, o, d, far.take(ray), before.take(ray), ray, passage)
+            way = o, d, far.take(ray), before.take(ray)
+            walk(self.triangles, part, *way, ray, passage, take(time, ray))
         tally.embree += perf_counter() - start
         return passage.through
 
@@ -157,18 +164,20 @@ class Accel:
         direction: Vec,
         far: Scalar | None,
         kinds: Kinds | None,
+        time: Scalar | None,
     ) -> Hits:
         hits: Hits | None = None
         for part, index in self._seen(kinds):
             if index is None and hits is None:
-                hits = part.closest(origin, direction, None if far is None else far.copy())
+                hits = part.closest(origin, direction, None if far is None else far.copy(), time)
                 continue
             hits = no_hits(far, direction.shape[1]) if hits is None else hits
             if index is None:
-                nearer = part.closest(origin, direction, hits.t.copy())
+                nearer = part.closest(origin, direction, hits.t.copy(), time)
             else:
                 o = origin.take(index, axis=1) if origin.shape[1] > 1 else origin
-                nearer = part.closest(o, direction.take(index, axis=1), hits.t.take(index))
+                way = o, direction.take(index, axis=1), hits.t.take(index)
+                nearer = part.closest(*way, take(time, index))
             better = np.flatnonzero(nearer.triangle >= 0)
             if better.size:
                 hits.put(better if index is None else index.take(better), nearer.take(better))
@@ -203,13 +212,16 @@ def compile_accel(
         number = None
         if triangles.part is not None:
             number = np.flatnonzero(triangles.part == which).astype(np.int32)
+        build = partial(_part, device, triangles, traits, is_quick, should_stop)
+        move = partial(_moving, device, triangles, traits, should_stop)
         if traits.is_transparent and traits.seen_by & SHADOW:
             if number is None:
                 number = np.arange(triangles.count, dtype=np.int32)
-            build = partial(_part, device, triangles, traits, is_quick, should_stop)
-            parts += compile_layers(triangles, number, build)
+            layers = compile_layers(triangles, number, build)
+            # What lies upon each other in the frame itself does so at any time.
+            parts += [move(layer.number) for layer in layers] if traits.moves else layers
         else:
-            parts.append(_part(device, triangles, traits, is_quick, should_stop, number))
+            parts.append(move(number) if traits.moves else build(number))
     return Accel(tuple(parts), triangles), perf_counter() - start
 
 
@@ -219,15 +231,23 @@ def compile_own(
     is_quick: bool,
     should_stop: Callable[[], bool],
 ) -> Accel:
-    """Return the triangles of some `instances` (I,) as one part, which all rays see.
+    """Return the triangles of some `instances` (I,), which all rays see.
 
-    Raises: Cancelled.
+    What moves is a part besides what rests.  Raises: Cancelled.
     """
     triangles = accel.triangles
     number = np.flatnonzero(instances.take(triangles.ids[:, 2])).astype(np.int32)
     device = rtcore.EmbreeDevice()
-    part = _part(device, triangles, PLAIN, is_quick, should_stop, number)
-    return Accel((part,), triangles)
+    moves = np.zeros(number.size, bool)
+    if triangles.movement is not None:
+        moves = triangles.movement.moves.take(triangles.ids[:, 2].take(number))
+    parts: list[Part] = []
+    resting, moving = number[~moves], number[moves]
+    if resting.size:
+        parts.append(_part(device, triangles, PLAIN, is_quick, should_stop, resting))
+    if moving.size:
+        parts.append(_moving(device, triangles, PLAIN, should_stop, moving))
+    return Accel(tuple(parts), triangles)
 
 
 def _part(
@@ -251,6 +271,34 @@ def _part(
     else:
         first = _upload(scene, vertices, corners, should_stop)
     return Part(scene, np.array(first, np.int32), (vertices, corners), number, traits)
+
+
+def can_move() -> bool:
+    """Tell whether Embree can be asked for places at times: only through its own C interface."""
+    device = rtcore.EmbreeDevice()
+    library = embree.open_library(str(Path(embreex.__file__).parent))
+    return (
+        library is not None and embree.handle(rtcore_scene.EmbreeScene(device), device) is not None
+    )
+
+
+def _moving(
+    device: rtcore.EmbreeDevice,
+    triangles: Triangles,
+    traits: Traits,
+    should_stop: Callable[[], bool],
+    number: Ids | None,
+) -> MovingPart:
+    """Build the tree of the triangles `number`, None for all, which move."""
+    if number is None:
+        number = np.arange(triangles.count, dtype=np.int32)
+    scene = rtcore_scene.EmbreeScene(device)
+    library = embree.open_library(str(Path(embreex.__file__).parent))
+    handle = embree.handle(scene, device)
+    assert library is not None and handle is not None, "see can_move"
+    part = moving_part(library, scene, handle, triangles, traits, should_stop, number)
+    scene.is_committed = 1
+    return part
 
 
 def _upload(

@@ -23,6 +23,7 @@ from ..scene import Cancelled
 
 # embree4/rtcore_*.h
 TRIANGLE, INDEX, VERTEX, UINT3, FLOAT3 = 0, 0, 1, 0x5003, 0x9003
+INSTANCE, AFFINE_BY_ROWS, ROBUST = 121, 0x9134, 4
 LOW, MEDIUM = 0, 1
 
 TICK = 0.05  # seconds between two looks at the caller
@@ -45,6 +46,14 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "rtcReleaseGeometry": (None, (_POINTER,)),
     "rtcSetSceneBuildQuality": (None, (_POINTER, ctypes.c_int)),
     "rtcCommitScene": (None, (_POINTER,)),
+    "rtcNewScene": (_POINTER, (_POINTER,)),
+    "rtcReleaseScene": (None, (_POINTER,)),
+    "rtcSetSceneFlags": (None, (_POINTER, ctypes.c_int)),
+    "rtcSetGeometryTimeStepCount": (None, (_POINTER, _UINT)),
+    "rtcSetGeometryInstancedScene": (None, (_POINTER, _POINTER)),
+    "rtcSetGeometryTransform": (None, (_POINTER, _UINT, ctypes.c_int, _POINTER)),
+    "rtcIntersect16": (None, (_POINTER,) * 4),
+    "rtcOccluded16": (None, (_POINTER,) * 4),
 }
 
 
@@ -123,22 +132,83 @@ def build(
     library.rtcCommitGeometry(geometry)
     library.rtcAttachGeometry(scene, geometry)
     library.rtcReleaseGeometry(geometry)
+    library.rtcReleaseDevice(device)
+    _commit(library, scene, len(corners), should_stop, owner, vertices, corners)
+
+
+def new_scene(
+    library: ctypes.CDLL,
+    scene: int,
+    vertices: list[NDArray[np.float32]],
+    corners: NDArray[np.int32],
+    should_stop: Callable[[], bool],
+) -> int:
+    """Return a scene, on the device of `scene`, of shared triangles that change with time.
+
+    vertices (V, 3) at equal steps from time 0 to 1, one if they do not change, with PADDING floats
+    behind each, and corners (F, 3) must outlive it.  Raises: see `build`.
+    """
+    device = library.rtcGetSceneDevice(scene)
+    made: int = library.rtcNewScene(device)
+    library.rtcSetSceneFlags(made, ROBUST)
+    geometry = library.rtcNewGeometry(device, TRIANGLE)
+    library.rtcSetGeometryTimeStepCount(geometry, len(vertices))
+    share = library.rtcSetSharedGeometryBuffer
+    for step, each in enumerate(vertices):
+        share(geometry, VERTEX, step, FLOAT3, each.ctypes.data, 0, 12, len(each))
+    share(geometry, INDEX, 0, UINT3, corners.ctypes.data, 0, 12, len(corners))
+    library.rtcCommitGeometry(geometry)
+    library.rtcAttachGeometry(made, geometry)
+    library.rtcReleaseGeometry(geometry)
+    library.rtcReleaseDevice(device)
+    _commit(library, made, len(corners), should_stop, vertices, corners)
+    return made
+
+
+def build_instances(
+    library: ctypes.CDLL,
+    owner: Any,
+    scene: int,
+    instances: list[tuple[int, NDArray[np.float32]]],
+    should_stop: Callable[[], bool],
+) -> None:
+    """Build `scene`, the handle of embreex's scene `owner`, of instances of other scenes.
+
+    Each has a scene and affines (steps + 1, 12) from time 0 to 1, between which it goes straight;
+    their numbers are those in the list.  Raises: see `build`.
+    """
+    device = library.rtcGetSceneDevice(scene)
+    for shown, affines in instances:
+        geometry = library.rtcNewGeometry(device, INSTANCE)
+        library.rtcSetGeometryInstancedScene(geometry, shown)
+        library.rtcSetGeometryTimeStepCount(geometry, len(affines))
+        for step, affine in enumerate(affines):
+            library.rtcSetGeometryTransform(geometry, step, AFFINE_BY_ROWS, affine.ctypes.data)
+        library.rtcCommitGeometry(geometry)
+        library.rtcAttachGeometry(scene, geometry)
+        library.rtcReleaseGeometry(geometry)
+    library.rtcReleaseDevice(device)
+    _commit(library, scene, len(instances), should_stop, owner)
+
+
+def _commit(
+    library: ctypes.CDLL, scene: int, count: int, should_stop: Callable[[], bool], *kept: Any
+) -> None:
     errors = []
 
     def commit(*kept_alive: Any) -> None:
+        device = library.rtcGetSceneDevice(scene)
         library.rtcCommitScene(scene)
         errors.append(library.rtcGetDeviceError(device))
         library.rtcReleaseDevice(device)
 
     # A build cannot be broken off (its progress monitor crashes Embree 4.4.0 when it says no):
     # one that nobody waits for any more ends in its own time, on a thread that keeps it alive.
-    builder = threading.Thread(
-        target=commit, args=(owner, vertices, corners), name="penumbra-build", daemon=True
-    )
+    builder = threading.Thread(target=commit, args=kept, name="penumbra-build", daemon=True)
     builder.start()
     while builder.is_alive():
         builder.join(TICK)
         if should_stop() and builder.is_alive():
             raise Cancelled
     if errors != [0]:
-        raise MemoryError(f"Embree could not build its tree over {len(corners)} triangles")
+        raise MemoryError(f"Embree could not build its tree over {count} triangles or objects")

@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import EPSILON, F32, Ids
+from ..arrays import EPSILON, F32, Ids, Index, Scalar, Vec
 from ..scene import FARTHEST, Cancelled, Instance, Material, Mesh, Note, SceneError
 from .embree import PADDING
+from .motion import Movement, along_arcs
+from .movers import Placed, compile_movement
 from .objects import PLAIN, Objects, Traits, compile_objects, sort_into_parts
 
 # Columns of a triangle's row; the last three are int32 in the bits of a float32.
@@ -25,6 +27,9 @@ FLAT, OF_VERTICES = -1, -2
 # Rounding of a hit point and of Embree's own test, in units of EPSILON x the largest coordinate
 # of the triangle: measured on tilted ground, 8 x (|point| + |vertex|) leaves no self-shadowing.
 OFFSET_ULPS = 16
+
+# Embree moves rays to an object's space and back, which rounds them once more: so many times that.
+MOVING_OFFSET = F32(4)
 
 CHUNK = 1 << 17  # triangles per step of the table's arithmetic: float64 that fits the caches
 
@@ -41,7 +46,8 @@ class Triangles:
 
     part (F,) counts into `traits`, None if all triangles have the first of them; objects are the
     flags of the instances; is_numbered: hits are told their instance; is_mapped: where on the
-    triangle they are.
+    triangle they are.  Of what moves, the above is where it is in the frame itself, and movement
+    tells where it is at any time; None if everything rests.
     """
 
     vertices: NDArray[np.float32]
@@ -56,6 +62,7 @@ class Triangles:
     part: NDArray[np.uint16] | None = None
     is_numbered: bool = False
     is_mapped: bool = False
+    movement: Movement | None = None
 
     @property
     def count(self) -> int:
@@ -67,29 +74,88 @@ class Triangles:
         """Whether no triangle has smooth normals."""
         return self.vertex_normals is None and self.normals is None
 
-    def columns(self, triangle: Ids) -> NDArray[np.float32]:
-        """Return the table's columns (8, N) for triangles (N,); see NX ... INSTANCE."""
-        if self.rows is not None:
-            return np.ascontiguousarray(self.rows.take(triangle, axis=0).T)
-        rows = _planes(self.vertices, self.corners.take(triangle, axis=0))
-        rows.view(np.int32)[:, MATERIAL:] = self.ids.take(triangle, axis=0)
-        return np.ascontiguousarray(rows.T)
+    def columns(self, triangle: Ids, time: Scalar | None = None) -> NDArray[np.float32]:
+        """Return the table's columns (8, N) for triangles (N,); see NX ... INSTANCE.
 
-    def barycentric(self, triangle: Ids, way: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return how u and v (2, N) grow along ways (3, N) in the planes of triangles (N,)."""
+        Of what moves, at times (N,), in this and all that follow; None is the frame itself.
+        """
+        if self.rows is not None:
+            columns = np.ascontiguousarray(self.rows.take(triangle, axis=0).T)
+        else:
+            rows = _planes(self.vertices, self.corners.take(triangle, axis=0))
+            rows.view(np.int32)[:, MATERIAL:] = self.ids.take(triangle, axis=0)
+            columns = np.ascontiguousarray(rows.T)
+        some = self._moving(triangle, time)
+        if some is not None:
+            assert time is not None
+            part, when = triangle.take(some), time.take(some)
+            assert self.movement is not None
+            instance, corners = self.ids[:, 2].take(part), self.corners.take(part, axis=0).T
+            there = _planes_of(*self.movement.places(list(corners), instance, when))
+            columns[:MATERIAL, some] = there.T[:MATERIAL]
+            columns[OFFSET, some] *= MOVING_OFFSET
+        return columns
+
+    def places(self, triangle: Ids, time: Scalar | None = None) -> tuple[Vec, Vec, Vec]:
+        """Return the corners (3, N) of triangles (N,) about the local origin [m]."""
         corners = self.corners.take(triangle, axis=0).T
-        a, b, c = (self.vertices.take(corner, axis=0).T for corner in corners)
+        found = [np.ascontiguousarray(self.vertices.take(corner, axis=0).T) for corner in corners]
+        some = self._moving(triangle, time)
+        if some is not None:
+            assert self.movement is not None and time is not None
+            instance, when = self.ids[:, 2].take(triangle.take(some)), time.take(some)
+            moved = self.movement.places([each.take(some) for each in corners], instance, when)
+            for place, there in zip(found, moved, strict=True):
+                place[:, some] = there
+        return found[0], found[1], found[2]
+
+    def _moving(self, triangle: Ids, time: Scalar | None) -> Index | None:
+        """Return which of the triangles move, None if there are none."""
+        if self.movement is None or time is None:
+            return None
+        some = np.flatnonzero(self.movement.moves.take(self.ids[:, 2].take(triangle)))
+        return some if some.size else None
+
+    def barycentric(
+        self, triangle: Ids, way: NDArray[np.float32], time: Scalar | None = None
+    ) -> NDArray[np.float32]:
+        """Return how u and v (2, N) grow along ways (3, N) in the planes of triangles (N,)."""
+        a, b, c = self.places(triangle, time)
         b, c = b - a, c - a
         bb, bc, cc = (b * b).sum(0), (b * c).sum(0), (c * c).sum(0)
         wb, wc = (way * b).sum(0), (way * c).sum(0)
         area = np.maximum(bb * cc - bc * bc, F32(1e-30))
         return np.stack([(cc * wb - bc * wc) / area, (bb * wc - bc * wb) / area])
 
-    def corner_normals(self, triangle: Ids) -> NDArray[np.float32]:
+    def corner_normals(self, triangle: Ids, time: Scalar | None = None) -> NDArray[np.float32]:
         """Return the three corner normals (9, N) of smooth triangles (N,)."""
-        if self.smooth_rows is not None:
-            return np.ascontiguousarray(self.smooth_rows.take(triangle, axis=0).T)
-        return np.ascontiguousarray(self._smooth_rows(triangle).T)
+        rows = self._smooth_rows(triangle) if self.smooth_rows is None else None
+        if rows is None:
+            assert self.smooth_rows is not None
+            rows = self.smooth_rows.take(triangle, axis=0)
+        normals = np.ascontiguousarray(rows.T)
+        some = self._moving(triangle, time)
+        if some is not None:
+            assert time is not None
+            normals[:, some] = self._turned_normals(triangle.take(some), time.take(some))
+        return normals
+
+    def _turned_normals(self, triangle: Ids, time: Scalar) -> NDArray[np.float32]:
+        movement, ids = self.movement, self.ids.take(triangle, axis=0).T
+        assert movement is not None
+        corners = self.corners.take(triangle, axis=0).T
+        out = np.zeros((9, triangle.size), F32)
+        for shapes, some in (
+            (movement.vertex_normals, np.flatnonzero(ids[1] == OF_VERTICES)),
+            (movement.corner_normals, np.flatnonzero(ids[1] >= 0)),
+        ):
+            if shapes is None or not some.size:
+                continue
+            numbers = [corner.take(some) for corner in corners]
+            if shapes is movement.corner_normals:
+                numbers = [ids[1].take(some) + np.int32(k) for k in range(3)]
+            out[:, some] = movement.normals(shapes, numbers, ids[2].take(some), time.take(some))
+        return out
 
     def _smooth_rows(self, triangle: Ids) -> NDArray[np.float32]:
         out = np.zeros((len(triangle), 9), F32)
@@ -124,10 +190,12 @@ def bounds(instances: tuple[Instance, ...]) -> NDArray[np.float64] | None:
         box = boxes[id(mesh)]
         if box is None:
             continue
-        centre, half = (box[0] + box[1]) / 2, (box[1] - box[0]) / 2
-        centre = instance.to_world[:, :3] @ centre + instance.to_world[:, 3]
-        half = np.abs(instance.to_world[:, :3]) @ half
-        low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
+        middle, size = (box[0] + box[1]) / 2, (box[1] - box[0]) / 2
+        keys = instance.to_world[None] if instance.motion is None else instance.motion
+        for matrix in keys if len(keys) == 1 else along_arcs(keys):
+            centre = matrix[:, :3] @ middle + matrix[:, 3]
+            half = np.abs(matrix[:, :3]) @ size
+            low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
     return np.stack([low, high]) if (low <= high).all() else None
 
 
@@ -176,6 +244,7 @@ def compile_triangles(
     normals = np.empty((3 * sum(len(m.triangles) for m in cornered), 3), F32) if cornered else None
     first_vertex = first = first_normal = 0
     number = {id(instance): i for i, instance in enumerate(instances)}
+    placed: list[Placed] = []
     for instance, mesh in used:
         if should_stop():
             raise Cancelled
@@ -190,6 +259,7 @@ def compile_triangles(
         np.add(local, np.int32(first_vertex), out=corners[f])
         ids[f, 0] = _material_ids(instance, mesh, materials)
         ids[f, 2] = number[id(instance)]
+        placed.append(Placed(number[id(instance)], instance, mesh, order, v.start, first_normal))
         if mesh.normals is not None and mesh.normals.ndim == 2 and vertex_normals is not None:
             vertex_normals[v] = _turn_normals(mesh.normals, linear)
             ids[f, 1] = OF_VERTICES
@@ -205,7 +275,8 @@ def compile_triangles(
     traits, part = sort_into_parts(objects, ids[:, 2], ids[:, 0], transparent, links_shadows)
     is_numbered = is_numbered or objects.matter_to_hits
     own = vertices, corners, ids, vertex_normals, normals, None, None
-    triangles = Triangles(*own, objects, traits, part, is_numbered, is_mapped)
+    movement = compile_movement(instances, placed, origin)
+    triangles = Triangles(*own, objects, traits, part, is_numbered, is_mapped, movement)
     if count > hits_expected:
         return triangles, notes
     return _with_tables(triangles, should_stop), notes
@@ -229,6 +300,9 @@ def _with_tables(triangles: Triangles, should_stop: Callable[[], bool]) -> Trian
 def _box(mesh: Mesh) -> NDArray[np.float64] | None:
     if not len(mesh.triangles):
         return None
+    if mesh.deformation is not None:
+        steps = np.concatenate([mesh.positions[None], mesh.deformation.positions])
+        return np.stack([np.nanmin(steps, axis=(0, 1)), np.nanmax(steps, axis=(0, 1))])
     low, high = _extent(mesh.positions)
     if not (_is_sound(low).all() and _is_sound(high).all()):
         finite = mesh.positions[_is_sound(mesh.positions).all(axis=1)]
@@ -286,6 +360,7 @@ def without_broken(mesh: Mesh, notes: list[Note]) -> Mesh:
         normals=mesh.normals[keep] if per_corner and mesh.normals is not None else mesh.normals,
         slots=None if mesh.slots is None else mesh.slots[keep],
         attributes=kept,
+        deformation=None,
     )
 
 
@@ -354,15 +429,20 @@ def _turn_normals(normals: NDArray[np.float32], linear: NDArray[np.float64]) -> 
 
 def _planes(vertices: NDArray[np.float32], corners: NDArray[np.int32]) -> NDArray[np.float32]:
     """Return rows (n, 8) with the normal, plane and offset of triangles (n, 3)."""
+    return _planes_of(*(vertices.take(corners[:, k], axis=0).T for k in range(3)))
+
+
+def _planes_of(*places: Vec) -> NDArray[np.float32]:
+    """Return the same of triangles by their three corners (3, n)."""
     # float64: the normal of a needle needs it, and it is the rounded vertices that Embree sees.
-    a, b, c = (vertices.take(corners[:, k], axis=0).T.astype(np.float64) for k in range(3))
+    a, b, c = (place.astype(np.float64) for place in places)
     e1, e2 = b - a, c - a
     nx = e1[1] * e2[2] - e1[2] * e2[1]
     ny = e1[2] * e2[0] - e1[0] * e2[2]
     nz = e1[0] * e2[1] - e1[1] * e2[0]
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     np.maximum(length, 1e-300, out=length)
-    rows = np.zeros((len(corners), COLUMNS), F32)
+    rows = np.zeros((a.shape[1], COLUMNS), F32)
     rows[:, NX], rows[:, NY], rows[:, NZ] = nx / length, ny / length, nz / length
 
     # The plane goes through the middle of the triangle, where float32 normals err least.

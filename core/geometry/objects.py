@@ -21,7 +21,7 @@ class Objects:
     """Flags of I instances, in the scene's order.
 
     seen_by (I,) uint8, bits of the ray kinds; receiver_set and blocker_set (I,) uint8; receivers
-    and blockers (I,) uint64, the masks of what glows; holdout and catcher (I,) bool;
+    and blockers (I,) uint64, the masks of what glows; holdout, catcher and moves (I,) bool;
     terminator_geometry and terminator_shading (I,) float32, None where all are Blender's default.
     """
 
@@ -32,6 +32,7 @@ class Objects:
     blockers: NDArray[np.uint64]
     holdout: NDArray[np.bool_]
     catcher: NDArray[np.bool_]
+    moves: NDArray[np.bool_]
     terminator_geometry: NDArray[np.float32] | None
     terminator_shading: NDArray[np.float32] | None
 
@@ -59,13 +60,14 @@ class Traits:
     """What the triangles of one part have in common: which rays meet them, and how.
 
     seen_by, bits of the ray kinds; is_transparent: shadow rays may pass; blocker_set is 0 where
-    no light asks for it.
+    no light asks for it; moves: while the shutter is open.
     """
 
     seen_by: int = EVERY_RAY
     is_transparent: bool = False
     blocker_set: int = 0
     is_catcher: bool = False
+    moves: bool = False
 
 
 PLAIN = Traits()
@@ -81,6 +83,7 @@ def compile_objects(instances: Sequence[Instance]) -> Objects:
         np.array([i.blockers for i in instances], np.uint64),
         np.array([i.is_holdout for i in instances], np.bool_),
         np.array([i.is_shadow_catcher for i in instances], np.bool_),
+        np.array([i.moves for i in instances], np.bool_),
         _unless_all([i.terminator_geometry for i in instances], CUTOFF),
         _unless_all([i.terminator_shading for i in instances], 0.0),
     )
@@ -105,14 +108,14 @@ def sort_into_parts(
     materials that shadow rays may pass; blockers are told apart if `links_shadows`.  Plain
     triangles are the first part, transparent ones the last.
     """
-    codes = np.zeros((len(objects.seen_by), 3), np.uint8)
-    codes[:, 0], codes[:, 2] = objects.seen_by, objects.catcher
+    codes = np.zeros((len(objects.seen_by), 4), np.uint8)
+    codes[:, 0], codes[:, 2], codes[:, 3] = objects.seen_by, objects.catcher, objects.moves
     if links_shadows:
         codes[:, 1] = objects.blocker_set
     unique, of_instance = np.unique(codes, axis=0, return_inverse=True)
     all_traits = [
-        Traits(int(seen_by), is_transparent, int(blocker_set), bool(is_catcher))
-        for seen_by, blocker_set, is_catcher in unique
+        Traits(int(seen_by), is_transparent, int(blocker_set), bool(is_catcher), bool(moves))
+        for seen_by, blocker_set, is_catcher, moves in unique
         for is_transparent in (False, True)
     ]
     if len(unique) == 1 and not transparent:
@@ -124,10 +127,14 @@ def sort_into_parts(
     is_transparent[[m for m in transparent if m < len(is_transparent)]] = 1
     number += is_transparent.take(material)
     used = np.flatnonzero(np.bincount(number, minlength=len(all_traits)))
-    order = sorted(used, key=lambda n: (all_traits[n].is_transparent, all_traits[n] != PLAIN, n))
+    order = sorted(used, key=lambda n: _rank(all_traits[n], int(n)))
     traits = tuple(all_traits[n] for n in order)
     if len(traits) == 1:
         return traits, None
     new = np.zeros(len(all_traits), np.uint16)
     new[order] = np.arange(len(order))
     return traits, new.take(number)
+
+
+def _rank(traits: Traits, number: int) -> tuple[bool, bool, bool, int]:
+    return traits.is_transparent, traits.moves, traits != PLAIN, number

@@ -58,8 +58,13 @@ class Part:
     number: Ids | None = None
     traits: Traits = PLAIN
 
-    def closest(self, origin: Vec, direction: Vec, far: Scalar | None) -> Hits:
-        """Return the closest hits of rays (3, N) up to `far` (N,), which is overwritten."""
+    def closest(
+        self, origin: Vec, direction: Vec, far: Scalar | None, time: Scalar | None = None
+    ) -> Hits:
+        """Return the closest hits of rays (3, N) up to `far` (N,), which is overwritten.
+
+        Only parts that move ask for the rays' times (N,).
+        """
         origin = np.broadcast_to(origin, direction.shape)
         found = self.scene.run(origin.T, direction.T, dists=far, output=1)
         triangle = found["primID"]
@@ -71,7 +76,9 @@ class Part:
             triangle = np.where(triangle < 0, np.int32(-1), self.number.take(triangle, mode="wrap"))
         return Hits(found["tfar"], triangle, found["u"], found["v"])
 
-    def free(self, origin: Vec, direction: Vec, far: Scalar) -> NDArray[np.int32]:
+    def free(
+        self, origin: Vec, direction: Vec, far: Scalar, time: Scalar | None = None
+    ) -> NDArray[np.int32]:
         """Return -1 for each ray that meets nothing before `far`, else 0; a far < 0 is met."""
         origin = np.broadcast_to(origin, direction.shape)
         return self.scene.run(origin.T, direction.T, dists=far, query="OCCLUDED")

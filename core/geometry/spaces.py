@@ -1,13 +1,14 @@
 """instances -> Spaces.  The coordinate systems of objects, for shaders that ask for them."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Vec
+from ..arrays import F32, Ids, Scalar, Vec
 from ..scene import Instance, Particle
+from .motion import Movement, applied, cofactors, inverses
 
 # Rows of `Spaces.facts`, what shaders may ask of an object besides: first of vectors, then numbers
 LOCATION, COLOUR, ORCO, UV = 0, 3, 6, 9
@@ -36,51 +37,92 @@ class Spaces:
     facts: NDArray[np.float32]
     particles: NDArray[np.float32] | None = None
 
+    def at(self, movement: Movement, time: Scalar) -> "Spaces":
+        """Return the spaces at times (N,), to be asked for N instances, some of which move."""
+        own = {item.name: getattr(self, item.name) for item in fields(Spaces)}
+        return _SpacesAt(**own, movement=movement, time=time)
+
     def in_texture_space(self, position: Vec, instance: Ids) -> Vec:
-        """Return positions (3, N) in the texture spaces of their objects (N,)."""
-        return _applied(self.to_texture.take(instance, axis=0), position, 4)
+        """Return positions (3, N) in the texture spaces of their objects (N,).
+
+        Of what moves, positions where it is in the frame itself.
+        """
+        return applied(_columns(self.to_texture, instance), position)
 
     def in_object(self, position: Vec, instance: Ids) -> Vec:
         """Return positions (3, N) in the spaces of their objects (N,)."""
-        return _applied(self.to_object.take(instance, axis=0), position, 4)
+        return applied(self._to_object(instance), position)
 
     def out_of_object(self, position: Vec, instance: Ids) -> Vec:
         """Return positions (3, N) in the spaces of objects (N,) about the local origin."""
-        return _applied(self.from_object.take(instance, axis=0), position, 4)
+        return applied(self._from_object(instance), position)
 
     def turn_in(self, direction: Vec, instance: Ids) -> Vec:
         """Return directions (3, N) in the spaces of their objects (N,), of any length."""
-        return _applied(_linear(self.to_object).take(instance, axis=0), direction, 3)
+        return applied(_linear(self._to_object(instance)), direction, 3)
 
     def turn_out(self, direction: Vec, instance: Ids) -> Vec:
         """Return directions (3, N) in the spaces of objects (N,) in the world, of any length."""
-        return _applied(_linear(self.from_object).take(instance, axis=0), direction, 3)
+        return applied(_linear(self._from_object(instance)), direction, 3)
 
     def carry_normals(self, normal: Vec, instance: Ids) -> Vec:
         """Return normals (3, N) of objects (N,) in the world, of any length."""
-        return _applied(self.normals.take(instance, axis=0), normal, 3)
+        return applied(self._normals(instance), normal, 3)
 
     def bring_normals(self, normal: Vec, instance: Ids) -> Vec:
         """Return normals (3, N) in the spaces of their objects (N,), of any length."""
-        turned = self.from_object.reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1)
-        return _applied(turned.reshape(-1, 9).take(instance, axis=0), normal, 3)
+        linear = _linear(self._from_object(instance)).reshape(3, 3, -1)
+        return applied(linear.transpose(1, 0, 2).reshape(9, -1), normal, 3)
+
+    def location(self, instance: Ids) -> Vec:
+        """Return where the objects (N,) have their own origins (3, N) about the local one [m]."""
+        return self._from_object(instance)[3::4]
+
+    def _to_object(self, instance: Ids) -> NDArray[np.float32]:
+        return _columns(self.to_object, instance)
+
+    def _from_object(self, instance: Ids) -> NDArray[np.float32]:
+        return _columns(self.from_object, instance)
+
+    def _normals(self, instance: Ids) -> NDArray[np.float32]:
+        return _columns(self.normals, instance)
 
 
-def _linear(rows: NDArray[np.float32]) -> NDArray[np.float32]:
-    return rows.reshape(-1, 3, 4)[:, :, :3].reshape(-1, 9)
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _SpacesAt(Spaces):
+    """The same for N instances that are asked for at times (N,)."""
+
+    movement: Movement
+    time: Scalar
+
+    def _to_object(self, instance: Ids) -> NDArray[np.float32]:
+        return self._moved(super()._to_object(instance), instance, inverses)
+
+    def _from_object(self, instance: Ids) -> NDArray[np.float32]:
+        return self._moved(super()._from_object(instance), instance, lambda affine: affine)
+
+    def _normals(self, instance: Ids) -> NDArray[np.float32]:
+        return self._moved(super()._normals(instance), instance, cofactors)
+
+    def _moved(
+        self,
+        resting: NDArray[np.float32],
+        instance: Ids,
+        change: Callable[[NDArray[np.float32]], NDArray[np.float32]],
+    ) -> NDArray[np.float32]:
+        some = np.flatnonzero(self.movement.moves.take(instance))
+        if some.size:
+            affine = self.movement.affines.at(instance.take(some), self.time.take(some))
+            resting[:, some] = change(affine)
+        return resting
 
 
-def _applied(rows: NDArray[np.float32], vector: Vec, width: int) -> Vec:
-    columns = np.ascontiguousarray(rows.T)
-    out = np.empty((3, columns.shape[1]), F32)
-    for row in range(3):
-        a = columns[row * width : (row + 1) * width]
-        np.multiply(a[0], vector[0], out=out[row])
-        out[row] += a[1] * vector[1]
-        out[row] += a[2] * vector[2]
-        if width == 4:
-            out[row] += a[3]
-    return out
+def _columns(rows: NDArray[np.float32], instance: Ids) -> NDArray[np.float32]:
+    return np.ascontiguousarray(rows.take(instance, axis=0).T)
+
+
+def _linear(affine: NDArray[np.float32]) -> NDArray[np.float32]:
+    return affine.reshape(3, 4, -1)[:, :3].reshape(9, -1)
 
 
 def compile_spaces(instances: Sequence[Instance], origin: NDArray[np.float64]) -> Spaces:

@@ -28,7 +28,8 @@ class Points:
     the geometric normal rays must start; triangle and material (N,) int32; distance (N,) [m]
     that the rays came.  smooth (N,) bool is None where nothing in the scene is smooth, the
     barycentrics u, v (N,) where nothing is smooth or carries attributes; instance (N,) int32, the
-    object hit, and place (N,) int32, by which lights are chosen there, are None where nothing asks.
+    object hit, and place (N,) int32, by which lights are chosen there, are None where nothing asks;
+    time (N,), 0 to 1 while the shutter is open, is None where nothing moves.
     """
 
     position: Vec
@@ -45,6 +46,7 @@ class Points:
     v: Scalar | None = None
     instance: Ids | None = None
     place: Ids | None = None
+    time: Scalar | None = None
 
     @property
     def size(self) -> int:
@@ -74,6 +76,7 @@ class Points:
             take(self.v, index),
             take(self.instance, index),
             take(self.place, index),
+            take(self.time, index),
         )
 
     @cached_property
@@ -85,11 +88,17 @@ class Points:
 
 
 def resolve(
-    triangles: Triangles, origin: Vec, direction: Vec, hits: Hits, found: Index | None
+    triangles: Triangles,
+    origin: Vec,
+    direction: Vec,
+    hits: Hits,
+    found: Index | None,
+    time: Scalar | None = None,
 ) -> Points:
     """Return the points at which rays met triangles; `found` are the rays that did.
 
-    origin (3, N), or (3, 1) if all rays start at one point; direction (3, N).
+    origin (3, N), or (3, 1) if all rays start at one point; direction (3, N); time (N,), None if
+    nothing moves.
     """
     triangle, t = hits.triangle, hits.t
     if found is not None:
@@ -97,9 +106,10 @@ def resolve(
         direction = direction.take(found, axis=1)
         if origin.shape[1] > 1:
             origin = origin.take(found, axis=1)
+        time = take(time, found)
 
     # One row of the table is one cache line; columns are what arithmetic wants.
-    columns = triangles.columns(triangle)
+    columns = triangles.columns(triangle, time)
     geometric, ids = columns[:3], columns.view(np.int32)
 
     # Walk to the hit, then step onto the plane: t errs along the ray, the plane does not.
@@ -132,6 +142,7 @@ def resolve(
         u=u,
         v=v,
         instance=ids[INSTANCE] if triangles.is_numbered else None,
+        time=time,
     )
     return flat if triangles.is_flat else _smooth(triangles, flat, ids[SMOOTH], side)
 
@@ -146,7 +157,12 @@ def _smooth(triangles: Triangles, flat: Points, kind: Ids, side: Scalar) -> Poin
     u, v = flat.u, flat.v
     assert u is not None and v is not None
     some_u, some_v = (u, v) if everywhere else (u.take(index), v.take(index))
-    corner = triangles.corner_normals(flat.triangle if everywhere else flat.triangle.take(index))
+    some = (
+        (flat.triangle, flat.time)
+        if everywhere
+        else (flat.triangle.take(index), take(flat.time, index))
+    )
+    corner = triangles.corner_normals(*some)
     normal = corner[:3] * (F32(1) - some_u - some_v)
     normal += corner[3:6] * some_u
     normal += corner[6:] * some_v

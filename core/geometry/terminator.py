@@ -8,7 +8,7 @@ Source: Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II, chapt
 
 import numpy as np
 
-from ..arrays import F32, Ids, Index, Scalar, Vec, dot
+from ..arrays import F32, Ids, Index, Scalar, Vec, dot, take
 from .mesh import Triangles
 from .objects import CUTOFF
 from .surface import Points
@@ -129,9 +129,9 @@ def _lift(triangles: Triangles, points: Points, index: Index) -> Vec:
     triangle = points.triangle.take(index)
     u, v = points.u.take(index), points.v.take(index)
     w = (F32(1) - u - v, u, v)
-    corners = triangles.corners.take(triangle, axis=0)
-    p = [np.ascontiguousarray(triangles.vertices.take(corners[:, k], axis=0).T) for k in range(3)]
-    table = triangles.corner_normals(triangle)
+    time = take(points.time, index)
+    p = triangles.places(triangle, time)
+    table = triangles.corner_normals(triangle, time)
     n = [table[3 * k : 3 * k + 3] for k in range(3)]
 
     # Turn the normals to the viewer's side.

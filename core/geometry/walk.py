@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import EPSILON, F32, Ids, Index, Scalar, Vec, dot
+from ..arrays import EPSILON, F32, Ids, Index, Scalar, Vec, dot, take
 from .mesh import OFFSET, Triangles
 from .part import Hits, Part
 
@@ -65,15 +65,16 @@ def walk(
     left: Ids,
     ray: Index,
     passage: Passage,
+    time: Scalar | None = None,
 ) -> None:
     """Take rays (3, n) that leave triangles `left` (n,) or -1 through a part, up to `far` (n,).
 
-    `ray` (n,) are their numbers in `passage`.
+    `ray` (n,) are their numbers in `passage`; time (n,), None if nothing moves.
     """
     here, rest = origin, far.copy()
     start, step = np.zeros(ray.size, F32), np.ones(ray.size, F32)
     while ray.size:
-        hits = part.closest(here, direction, rest)
+        hits = part.closest(here, direction, rest, time)
         found = np.flatnonzero(hits.triangle >= 0)
         if not found.size:
             return
@@ -96,9 +97,9 @@ def walk(
         )
         on = found.take(on)
         origin, direction = origin.take(on, axis=1), direction.take(on, axis=1)
-        far = far.take(on)
+        far, time = far.take(on), take(time, on)
         length = np.sqrt(np.maximum(dot(direction, direction), F32(1e-30)))
-        start += step * (triangles.columns(left)[OFFSET] / length + F32(2) * EPSILON * start)
+        start += step * (triangles.columns(left, time)[OFFSET] / length + F32(2) * EPSILON * start)
         here, rest = origin + direction * start, far - start
 
 

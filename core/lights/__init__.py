@@ -13,10 +13,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Index, Scalar, Vec
+from ..arrays import F32, Ids, Index, Scalar, Vec, take
 from ..bsdf.kinds import CAMERA, DIFFUSE, EVERY_KIND, GLOSSY, TRANSMISSION
 from ..geometry.mesh import Triangles
-from ..scene import Lamp, RayKinds
+from ..geometry.motion import along_arcs, compile_tracks
+from ..scene import Lamp, RayKinds, SceneError
 from ..shading.lamps import LampShaders, compile_lamp_shaders
 from ..shading.values import Value
 from . import area, distant, point, triangle
@@ -37,6 +38,7 @@ REGISTRY = {
 
 # Up to so many lamps are sampled each, with shadow rays of their own; of more, one is chosen
 SAMPLED_EACH = 8
+LAMP_STEPS = 32  # at least, of lamps that turn or grow: their numbers do not go quite straight
 RECEIVERS = 1 << 15  # points of the scene's surfaces by which the choice is prepared
 NO_LIMIT = 1 << 30  # of bounces: meshes have none
 NO_EMISSIONS: Mapping[int, Value] = {}
@@ -94,12 +96,15 @@ class Lights:
         """Return the number of the first triangle, which is that of lamps."""
         return len(self.lamps)
 
-    def single(self, light: int) -> Group:
-        """Return light number `light` as a group of rows (P, 1): all points see the same."""
+    def single(self, light: int, time: Scalar | None = None) -> Group:
+        """Return light number `light` as a group of rows (P, 1): all points see the same.
+
+        Of a lamp that moves, rows (P, N) at times (N,).
+        """
         for group in self.groups:
             local = light - group.first
             if 0 <= local < group.count:
-                return group.only(local)
+                return group.only(local, time)
         raise IndexError(f"light {light} of {self.count}")
 
     @cached_property
@@ -110,12 +115,12 @@ class Lights:
 
     @cached_property
     def distant(self) -> tuple[int, ...]:
-        """The numbers of the lights that have no place."""
+        """The numbers of the lights that have no place, or not always the same."""
         return tuple(
-            number
+            group.first + local
             for group in self.groups
-            if group.kind.DISTANT
-            for number in range(group.first, group.first + group.count)
+            for local in range(group.count)
+            if group.kind.DISTANT or (group.motion is not None and group.motion.steps[local])
         )
 
     def switched(self, is_on: NDArray[np.bool_]) -> "Lights":
@@ -180,13 +185,16 @@ class Lights:
             )
         return pmf
 
-    def split(self, light: Ids) -> Iterator[tuple[Index, Group]]:
-        """Sort points by the kind of their `light` (N,): which points, and their lights."""
+    def split(self, light: Ids, time: Scalar | None = None) -> Iterator[tuple[Index, Group]]:
+        """Sort points by the kind of their `light` (N,): which points, and their lights.
+
+        Those that move at times (N,).
+        """
         for group in self.groups:
             local = light - np.int32(group.first)
             where = np.flatnonzero((local >= 0) & (local < group.count))
             if where.size:
-                yield where, group.take(local.take(where))
+                yield where, group.take(local.take(where), take(time, where))
 
 
 def compile_lights(
@@ -264,6 +272,7 @@ def _as_seen(lamp: Lamp, number: int, shaders: LampShaders | None) -> Lamp:
 def _lamp_group(
     kind: LampKind, lamps: list[Lamp], first: int, origin: NDArray[np.float64]
 ) -> Group:
+    moves = any(lamp.motion is not None for lamp in lamps)
     return Group(
         kind,
         first,
@@ -275,7 +284,22 @@ def _lamp_group(
         np.array([lamp.blockers for lamp in lamps], np.uint64),
         np.array([lamp.casts_shadow for lamp in lamps], bool),
         np.array([lamp.sampled for lamp in lamps], bool),
+        compile_tracks([_rows_of(kind, lamp, origin) for lamp in lamps]) if moves else None,
     )
+
+
+def _rows_of(kind: LampKind, lamp: Lamp, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the numbers of a lamp at equal steps of time (steps + 1, P).
+
+    Raises: SceneError if it is squeezed flat on its way.
+    """
+    if lamp.motion is None:
+        return np.array([kind.compile(lamp, origin)])
+    matrices = along_arcs(lamp.motion, LAMP_STEPS)
+    steps = [replace(lamp, to_world=matrix, motion=None) for matrix in matrices]
+    if any(REGISTRY[lamp.kind](step) is not kind for step in steps):
+        raise SceneError(f"Light '{lamp.name}': it is squeezed flat while the shutter is open")
+    return np.array([kind.compile(step, origin) for step in steps])
 
 
 def _triangle_group(triangles: Triangles, emitters: Emitters, first: int) -> Group:
@@ -297,7 +321,7 @@ def compile_hulls(lights: Lights, origin: NDArray[np.float64]) -> Hulls | None:
     """Return triangles that enclose the lights rays can meet at a place, None if there are none."""
     vertices, triangles, owners, start = [], [], [], 0
     for light, (kind, lamp) in enumerate(lights.lamps):
-        hull = kind.hull(lamp, origin)
+        hull = kind.hull(lamp, origin) if lamp.motion is None else None
         if hull is not None:
             vertices.append(hull[0])
             triangles.append(hull[1] + np.int32(start))

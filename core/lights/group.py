@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Ids, Index, Vec
+from ..arrays import Ids, Index, Scalar, Vec
+from ..geometry.motion import Tracks
 from .kind import Kind, Rows
 
 
@@ -18,6 +19,8 @@ class Group:
     Paths with more than `max_bounces` bounces take no samples of a light; met by chance, it
     shines on them all the same (Cycles).  receivers and blockers (L,) uint64, masks of the light
     linking sets; casts_shadow, and is_met: rays may run into it, (L,) bool.
+
+    motion: the rows of each at any time, None if all rest.
     """
 
     kind: Kind
@@ -30,20 +33,35 @@ class Group:
     blockers: NDArray[np.uint64]
     casts_shadow: NDArray[np.bool_]
     is_met: NDArray[np.bool_]
+    motion: Tracks | None = None
 
     @property
     def count(self) -> int:
         """Return the number of lights."""
         return len(self.seen_by)
 
-    def only(self, local: int) -> "Group":
-        """Return the light number `local`, counted from `first`, as views of what this holds."""
-        one = slice(local, local + 1)
-        return Group(self.kind, self.first + local, *(each[..., one] for each in self._arrays()))
+    def only(self, local: int, time: Scalar | None = None) -> "Group":
+        """Return the light number `local`, counted from `first`, as views of what this holds.
 
-    def take(self, index: Index | Ids) -> "Group":
-        """Return the lights of `index`, counted from `first`, one for each of N points."""
-        return Group(self.kind, self.first, *(each.take(index, axis=-1) for each in self._arrays()))
+        If it moves, with its rows (P, N) at times (N,).
+        """
+        one = slice(local, local + 1)
+        rows, *rest = (each[..., one] for each in self._arrays())
+        if self.motion is not None and time is not None and self.motion.steps[local]:
+            rows = self.motion.at(np.full(time.size, local, np.int32), time)
+        return Group(self.kind, self.first + local, rows, *rest)
+
+    def take(self, index: Index | Ids, time: Scalar | None = None) -> "Group":
+        """Return the lights of `index`, counted from `first`, one for each of N points.
+
+        Those that move at times (N,).
+        """
+        rows, *rest = (each.take(index, axis=-1) for each in self._arrays())
+        if self.motion is not None and time is not None:
+            some = np.flatnonzero(self.motion.steps.take(index))
+            if some.size:
+                rows[:, some] = self.motion.at(index.take(some).astype(np.int32), time.take(some))
+        return Group(self.kind, self.first, rows, *rest)
 
     def _arrays(self) -> list[Any]:
-        return [getattr(self, item.name) for item in fields(self)[2:]]
+        return [getattr(self, item.name) for item in fields(self)[2:-1]]

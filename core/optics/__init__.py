@@ -36,6 +36,11 @@ class Aperture:
     rotation: float = 0.0
     ratio: float = 1.0
 
+    @property
+    def half(self) -> tuple[float, float]:
+        """Half of its width and of its height [m]."""
+        return self.radius / self.ratio, self.radius
+
     def faults(self) -> Iterator[str]:
         """Yield what is wrong."""
         for name in ("radius", "focus", "ratio"):

@@ -17,7 +17,7 @@ from ..bsdf.kinds import CAMERA, DIFFUSE
 from ..geometry.attributes import VECTOR, Asked, Attributes
 from ..geometry.mesh import Triangles
 from ..geometry.silhouette import bent_normals
-from ..geometry.spaces import Spaces
+from ..geometry.spaces import LOCATION, Spaces
 from ..geometry.surface import Points
 from ..geometry.view import View
 from ..scene import REST
@@ -150,11 +150,23 @@ class Context:
         """The numbers (n,) of the objects that were hit."""
         return self.of(self.points.instance)
 
-    @property
+    @cached_property
     def spaces(self) -> Spaces:
         """The spaces of objects, which a step of the program asks for."""
-        assert self.place.spaces is not None
-        return self.place.spaces
+        spaces, triangles = self.place.spaces, self.place.triangles
+        assert spaces is not None
+        if triangles is None or triangles.movement is None or self.points.time is None:
+            return spaces
+        return spaces.at(triangles.movement, self.of(self.points.time))
+
+    @cached_property
+    def _moves(self) -> Index | None:
+        """Which points are on something that moves, None if there are none."""
+        triangles = self.place.triangles
+        if triangles is None or triangles.movement is None or self.points.time is None:
+            return None
+        some = np.flatnonzero(triangles.movement.moves.take(self.instance))
+        return some if some.size else None
 
     @property
     def view(self) -> View:
@@ -165,6 +177,8 @@ class Context:
     def fact(self, row: int, is_vector: bool = False) -> NDArray[np.float32]:
         """Return what is known of the objects, (n,) or (3, n), see `geometry.spaces`."""
         facts = self.spaces.facts
+        if row == LOCATION and self._moves is not None:
+            return self.spaces.location(self.instance) + self.place.origin
         return (facts[row : row + 3] if is_vector else facts[row]).take(self.instance, axis=-1)
 
     def particle(self, row: int, is_vector: bool = False) -> NDArray[np.float32]:
@@ -189,10 +203,7 @@ class Context:
     def corners(self) -> tuple[Vec, Vec, Vec]:
         """The corners (3, n) of the triangles about the local origin [m]."""
         assert self.place.triangles is not None
-        vertices = self.place.triangles.vertices
-        corner = self.place.triangles.corners.take(self.triangle, axis=0)
-        a, b, c = (np.ascontiguousarray(vertices.take(row, axis=0).T) for row in corner.T)
-        return a, b, c
+        return self.place.triangles.places(self.triangle, self.of(self.points.time))
 
     @cached_property
     def rest(self) -> Vec:
@@ -258,7 +269,24 @@ class Context:
     @cached_property
     def in_texture_space(self) -> Vec:
         """Places (3, n) in the box of the object: -1 to 1 in each direction."""
+        if self._moves is not None:
+            return self.in_frame.in_texture_space
         return self.spaces.in_texture_space(self.rest, self.instance)
+
+    @cached_property
+    def in_frame(self) -> "Context":
+        """The context of the same points where they are in the frame itself: textures stay on."""
+        points, some = self.points, self._moves
+        points = points if self.index is None else points.take(self.index)
+        assert self.place.triangles is not None and some is not None
+        assert points.u is not None and points.v is not None
+        a, b, c = self.place.triangles.places(points.triangle.take(some))
+        u, v = points.u.take(some), points.v.take(some)
+        position = points.position.copy()
+        position[:, some] = a * (F32(1) - u - v) + b * u + c * v
+        return Context(
+            replace(points, position=position, time=None), self.arrival, None, self.place
+        )
 
     @cached_property
     def generated(self) -> Vec:
@@ -315,7 +343,7 @@ class Context:
             if u is not None and v is not None and self.place.triangles is not None:
                 # Seen from behind, Cycles takes what is interpolated from the other side.
                 back = np.where(points.back, np.negative(way), way)
-                du, dv = self.place.triangles.barycentric(points.triangle, back)
+                du, dv = self.place.triangles.barycentric(points.triangle, back, points.time)
                 u, v = u + du, v + dv
             moved = replace(points, position=points.position + way, u=u, v=v)
             arrival = self.arrival if self.index is None else self.arrival.take(self.index)

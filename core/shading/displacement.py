@@ -24,6 +24,7 @@ from ..scene import (
     SHARP,
     Attribute,
     Cancelled,
+    Deformation,
     Instance,
     Material,
     Mesh,
@@ -108,8 +109,12 @@ def _displaced(
     mesh = without_broken(group.mesh, notes)
     if not len(mesh.triangles):
         return mesh
-    instance = replace(instance, mesh=mesh, materials=group.materials, seen_by=RayKinds())
-    smooth = mesh if mesh.normals is not None else replace(mesh, normals=smooth_normals(mesh))
+    instance = replace(
+        instance, mesh=mesh, motion=None, materials=group.materials, seen_by=RayKinds()
+    )
+    smooth = replace(mesh, deformation=None)
+    if mesh.normals is None:
+        smooth = replace(smooth, normals=smooth_normals(mesh))
     numbers = {id(material): number for number, material in enumerate(group.materials)}
     triangles, _ = compile_triangles(
         (replace(instance, mesh=smooth),), numbers, origin, np.inf, 0.0, should_stop,
@@ -156,12 +161,35 @@ def _displaced(
     methods = np.array([_method(material, ways) for material in group.materials])
     of_triangles = methods.take(triangles.ids[:, 0])
     rest = Attribute("POINT", (mesh.positions - position).astype(F32))
+    deformation = mesh.deformation
+    if deformation is not None:
+        deformation = _deformed(mesh, deformation, position, of_triangles, linear)
     return replace(
         mesh,
         positions=position,
         normals=_normals_after(mesh, position, of_triangles, linear),
         attributes={**mesh.attributes, REST: rest},
+        deformation=deformation,
     )
+
+
+def _deformed(
+    mesh: Mesh,
+    deformation: Deformation,
+    position: NDArray[np.floating],
+    method: NDArray[np.int_],
+    linear: NDArray[np.float64],
+) -> Deformation:
+    """Return a deformation whose vertices are always displaced as the mesh's are (Cycles)."""
+    after = deformation.positions + (position - mesh.positions)
+    if mesh.normals is None:
+        return Deformation(after)
+    normals = []
+    for step, (before, there) in enumerate(zip(deformation.positions, after, strict=True)):
+        old = mesh.normals if deformation.normals is None else deformation.normals[step]
+        shape = replace(mesh, positions=before, normals=old)
+        normals.append(_normals_after(shape, there, method, linear))
+    return Deformation(after, np.stack([each for each in normals if each is not None]))
 
 
 # What becomes of the normals of a triangle

@@ -63,17 +63,28 @@ class Tracer:
         """Return the objects (N,) of triangles (N,)."""
         return self.triangles.ids[:, INSTANCE - MATERIAL].take(triangle)
 
-    def is_free(self, origin: Vec, direction: Vec, far: Scalar, tally: Tally) -> Scalar:
-        """Return 1 for each ray (N,) that meets nothing opaque before `far`, else 0."""
+    def is_free(
+        self, origin: Vec, direction: Vec, far: Scalar, tally: Tally, time: Scalar | None
+    ) -> Scalar:
+        """Return 1 for each ray (N,) that meets nothing opaque before `far`, else 0.
+
+        time (N,), None if nothing moves, as in all that follow.
+        """
         tally.rays_shadow += far.size
-        return self.accel.free(origin, direction, far, tally)
+        return self.accel.free(origin, direction, far, tally, time=time)
 
     def closest(
-        self, origin: Vec, direction: Vec, far: Scalar, left: Ids | None, tally: Tally
+        self,
+        origin: Vec,
+        direction: Vec,
+        far: Scalar,
+        left: Ids | None,
+        tally: Tally,
+        time: Scalar | None,
     ) -> Hits:
         """Return the closest hits of rays (N,), of whatever the scene has."""
         tally.rays_shadow += far.size
-        return self.whole.closest(origin, direction, far, left, None, tally)
+        return self.whole.closest(origin, direction, far, left, None, tally, time)
 
     def hits_of(
         self,
@@ -83,6 +94,7 @@ class Tracer:
         far: Scalar,
         left: Ids | None,
         tally: Tally,
+        time: Scalar | None,
     ) -> Iterator[tuple[Index, Hits]]:
         """Yield which rays (N,) hit the objects `instance` (N,), and where; nearest first.
 
@@ -94,10 +106,11 @@ class Tracer:
         way = np.zeros(far.size, F32)
         while ray.size:
             tally.rays_shadow += ray.size
-            hits = self.own.closest(origin, direction, far, None, None, tally)
+            hits = self.own.closest(origin, direction, far, None, None, tally, time)
             found = np.flatnonzero(hits.triangle >= 0)
             hits = hits.take(found)
             ray, way, last = ray.take(found), way.take(found), last.take(found)
+            time = take(time, found)
             is_own = self.instance(hits.triangle) == instance.take(ray)
             is_own &= hits.triangle != last
             some = np.flatnonzero(is_own)
@@ -107,11 +120,11 @@ class Tracer:
 
             # Go on behind what was hit
             direction, last = direction.take(found, axis=1), hits.triangle
-            step = hits.t * F32(1 + 2.0**-20) + self.triangles.columns(last)[OFFSET]
+            step = hits.t * F32(1 + 2.0**-20) + self.triangles.columns(last, time)[OFFSET]
             origin = origin.take(found, axis=1) + direction * step
             way, far = way + step, far.take(found) - step
             left_over = np.flatnonzero(far > 0)
-            ray, last = ray.take(left_over), last.take(left_over)
+            ray, last, time = ray.take(left_over), last.take(left_over), take(time, left_over)
             way, far = way.take(left_over), far.take(left_over)
             origin, direction = (each.take(left_over, axis=1) for each in (origin, direction))
 

@@ -232,6 +232,7 @@ def add_lamps(
         take(paths.place, index),
         take(paths.receiver, index),
         None if plan.lights.shaders is None else at_lamps(paths, depth).take(index),
+        take(paths.time, index),
     )
     apart: Apart = [] if has_groups(plan, radiance) else None
     if plan.lamp_hulls is None:
@@ -253,7 +254,7 @@ class Crossing:
     """N rays that may cross lamps, from `near` (N,) or None, which is 0, to `reach` (N,) [m].
 
     origin, direction (3, N); kinds (N,) bits; pdf (N,) of the scattered direction, None is
-    infinite; place and receiver (N,) as in `Paths`; arrival: as lamps see it, None where none
+    infinite; place, receiver and time (N,) as in `Paths`; arrival: as lamps see it, None where none
     asks.
     """
 
@@ -266,6 +267,7 @@ class Crossing:
     place: Ids | None
     receiver: NDArray[np.uint8] | None
     arrival: Arrival | None
+    time: Scalar | None
 
     def take(self, index: Index) -> "Crossing":
         """Return the rays at `index`."""
@@ -279,6 +281,7 @@ class Crossing:
             take(self.place, index),
             take(self.receiver, index),
             None if self.arrival is None else self.arrival.take(index),
+            take(self.time, index),
         )
 
 
@@ -329,7 +332,7 @@ def _meet_all(
     assert lights is not None
     light = np.zeros(rays.direction.shape, F32)
     for number in range(lights.first_triangle) if numbers is None else numbers:
-        found = _light_of(plan, lights.single(number), rays, number)
+        found = _light_of(plan, lights.single(number, rays.time), rays, number)
         if found is not None:
             light += found
             if apart is not None:

@@ -3,7 +3,7 @@
 These passes are not filtered: a mean of the depths of two objects is the depth of neither.  One
 ray, drawn without chance, gives the same numbers for any samples and seed.  Source: Cycles,
 film_write_data_passes, which takes its first sample through the middle of the pixel; ours goes
-through the middle of the lens, too.
+through the middle of the lens, too, when half of the light has come through the shutter.
 """
 
 from dataclasses import replace
@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Scalar, Vec
+from ..arrays import F32, Scalar, Vec, take
 from ..bsdf import CAMERA
 from ..camera import FILTER_ENTRIES
 from ..geometry import surface
@@ -36,18 +36,24 @@ def look(plan: Plan, x: Scalar, y: Scalar) -> NDArray[np.float32]:
     # The filter's own middle is half an entry of its table away from that of the pixel.
     half = np.full(x.size, MIDDLE)
     shift = MIDDLE - plan.camera.offsets[FILTER_ENTRIES // 2]
-    pinhole = replace(plan.camera, aperture=None)
+    time, camera = None, plan.camera
+    if plan.shutter is not None:
+        time = plan.shutter.open(half, y)
+        if plan.camera_motion is not None:
+            camera = plan.camera_motion.at(time)
+    pinhole = replace(camera, aperture=None)
     origin, direction, far, pixel = pinhole.rays(x + shift, y + shift, half, half)
     origin = np.broadcast_to(origin, direction.shape)
     pixel = np.arange(x.size) if pixel is None else pixel
+    time = take(time, pixel)
     left, travelled = None, np.zeros(pixel.size, F32)
     for passed in range(plan.transparent_max_bounces + 1):
         kinds = np.full(pixel.size, CAMERA, np.uint8)
-        hits = plan.accel.closest(origin, direction, far, left, kinds, tally)
+        hits = plan.accel.closest(origin, direction, far, left, kinds, tally, time)
         found = np.flatnonzero(hits.triangle >= 0)
         if not found.size:
             break
-        points = surface.resolve(plan.triangles, origin, direction, hits, found)
+        points = surface.resolve(plan.triangles, origin, direction, hits, found, time)
         pixel, travelled = pixel.take(found), travelled.take(found)
         count = np.full(pixel.size, passed, np.int16)
         arrival = Arrival(CAMERA, passed, travelled, passed=count)
@@ -62,7 +68,7 @@ def look(plan: Plan, x: Scalar, y: Scalar) -> NDArray[np.float32]:
             break
         some = points.take(behind)
         origin = some.position - some.geometric * some.offset
-        direction, left, far = some.arriving, some.triangle, None
+        direction, left, far, time = some.arriving, some.triangle, None, some.time
         pixel, travelled = pixel.take(behind), travelled.take(behind) + some.distance
     return out
 

@@ -94,7 +94,7 @@ def _follow(
         if not found.size:
             break
 
-        points = _resolve(plan, rays, hits, found)  # hits -> points
+        points = _resolve(plan, rays, paths, hits, found)  # hits -> points
         if found.size < rays.size:
             paths = paths.take(found)
         if caught is not None:
@@ -163,13 +163,15 @@ def _closest(plan: Plan, rays: Rays, paths: Paths, tally: Tally) -> Hits:
         nothing = np.full(rays.size, -1, np.int32)
         zero = np.zeros(rays.size, F32)
         return Hits(np.full(rays.size, FAR), nothing, zero, zero)
-    return plan.accel.closest(rays.origin, rays.direction, rays.far, rays.left, paths.kind, tally)
+    way = rays.origin, rays.direction, rays.far, rays.left
+    return plan.accel.closest(*way, paths.kind, tally, paths.time)
 
 
-def _resolve(plan: Plan, rays: Rays, hits: Hits, found: Index) -> Points:
+def _resolve(plan: Plan, rays: Rays, paths: Paths, hits: Hits, found: Index) -> Points:
     assert plan.triangles is not None
     some = None if found.size == rays.size else found
-    return surface.resolve(plan.triangles, rays.origin, rays.direction, hits, some)
+    way = rays.origin, rays.direction
+    return surface.resolve(plan.triangles, *way, hits, some, paths.time)
 
 
 def _placed(plan: Plan, points: Points, depth: int) -> Points:

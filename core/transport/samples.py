@@ -33,7 +33,7 @@ def samples(plan: Plan, to: Receiver, draws: Draws, depth: int) -> Iterator[Samp
         part = item, split
         for number in range(lights.each_at(depth) if lights is not None else 0):
             assert lights is not None
-            lamp = lights.single(number)
+            lamp = lights.single(number, to.points.time)
             if to.total is not None or depth <= lamp.max_bounces[0]:
                 u, v = draws.pair(dimension(LIGHT, depth, number), to.slot, item, split)
                 sample = _of_lamp(plan, lamp, to, u, v, split)
@@ -93,7 +93,7 @@ def _of_chosen(
     seen_by, casts_shadow = np.empty(size, np.int32), np.empty(size, bool)
     receivers, blockers = np.empty(size, np.uint64), np.empty(size, np.uint64)
     start = to.points.above
-    for index, some in lights.split(chosen):
+    for index, some in lights.split(chosen, to.points.time):
         origin, a, b = start.take(index, axis=1), u.take(index), v.take(index)
         if some.kind is triangle.TRIANGLE:
             sampled, place = triangle.sample_place(some.rows, origin, a, b, True)

@@ -421,6 +421,7 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
         travelled,
         _shown(plan, paths),
         _lobe(plan, branch),
+        paths.time,
     )
 
 
@@ -492,6 +493,7 @@ def _straight(plan: Plan, branch: Branch, depth: int) -> Paths:
         kept(paths.lobe, np.zeros(size, np.uint8))
         if plan.ledger is not None and plan.ledger.sorts_light
         else None,
+        paths.time,
     )
 
 

@@ -34,8 +34,9 @@ def passed(
     blockers = sample.blockers
     if not isinstance(blockers, int):
         blockers = take(blockers, index) if index is not None else blockers
+    time = to.points.time if index is None else take(to.points.time, index)
     if not plan.has_transparent:
-        return plan.accel.free(start, direction, far, tally, blockers)
+        return plan.accel.free(start, direction, far, tally, blockers, time)
 
     points = to.points
     left = points.triangle if index is None else points.triangle.take(index)
@@ -49,16 +50,24 @@ def passed(
         if before is not None:
             passed += before.take(ray)
         arrival = Arrival(SHADOW, depth + 1, total=total_here, passed=passed)
-        return _transparency(plan, start, direction, Hits(t, triangle, u, v), ray, arrival)
+        hits = Hits(t, triangle, u, v)
+        return _transparency(plan, start, direction, hits, ray, arrival, time)
 
     limit: int | Ids = plan.transparent_max_bounces
     if before is not None:
         limit = np.maximum(limit - before.astype(np.int32), 0)
-    return plan.accel.transmittance(start, direction, far, tally, shade, limit, left, blockers)
+    way = start, direction, far
+    return plan.accel.transmittance(*way, tally, shade, limit, left, blockers, time)
 
 
 def _transparency(
-    plan: Plan, start: Vec, direction: Vec, hits: Hits, ray: Index, arrival: Arrival
+    plan: Plan,
+    start: Vec,
+    direction: Vec,
+    hits: Hits,
+    ray: Index,
+    arrival: Arrival,
+    time: Scalar | None,
 ) -> Vec:
     """Return what surfaces let through (3, n) that rays (n,) hit."""
     assert plan.triangles is not None
@@ -69,5 +78,6 @@ def _transparency(
     length = np.sqrt(dot(direction, direction))
     origin = np.broadcast_to(start, (3, start.shape[1])).take(ray, axis=1)
     there = Hits(hits.t * length, hits.triangle, hits.u, hits.v)
-    points = resolve(plan.triangles, origin, unit(direction, length), there, None)
+    way = origin, unit(direction, length)
+    points = resolve(plan.triangles, *way, there, None, take(time, ray))
     return plan.surfaces.transparency(points, arrival)

@@ -55,7 +55,8 @@ class Paths:
     rest is None unless surfaces are transparent: total (N,) int16, all bounces, passed (N,)
     int16, surfaces that were passed straight, travelled (N,) [m] since the last bounce; shown (N,)
     bool: the passes that show one surface have had theirs.  lobe (N,) uint8: what scattered the
-    path first, see `film.ledger`, None where nobody asks.
+    path first, see `film.ledger`, None where nobody asks.  time (N,), 0 to 1 while the shutter is
+    open, None unless something moves.
     """
 
     size: int
@@ -73,6 +74,7 @@ class Paths:
     travelled: Scalar | None = None
     shown: NDArray[np.bool_] | None = None
     lobe: NDArray[np.uint8] | None = None
+    time: Scalar | None = None
 
     @property
     def kinds(self) -> NDArray[np.uint8]:

@@ -141,6 +141,10 @@ class Layout:
         """Show a text."""
         self.shown.append(("label", text, None))
 
+    def template_curve_mapping(self, data, name, **_):
+        """Show a curve."""
+        self.prop(data, name)
+
     def template_preview(self, data):
         """Show a picture of a datablock."""
         self.shown.append(("preview", data.name, None))

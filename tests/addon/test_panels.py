@@ -35,6 +35,8 @@ def draw_datablocks():
     light.type = "AREA"
     blocks["light"] = bpy.data.objects["Light"].data
     found["area"] = draw("DATA_PT_penumbra_light", "light")
+    blocks["object"] = bpy.data.objects["Light"]
+    found["lamp"] = draw("OBJECT_PT_penumbra_motion", "object")
     others = {draw(name, each, "CYCLES") for name, _, _, each, _ in panels.PANELS}
 
     # Whose bounces count?
@@ -61,8 +63,11 @@ def test_datablocks_show_what_the_renderer_reads(blender):
     second = "shadow_terminator_shading_offset" if version >= (5, 0) else "shadow_terminator_offset"
     assert found["OBJECT_PT_penumbra_terminator"] == ["shadow_terminator_geometry_offset", second]
     light = ["use_shadow", "use_multiple_importance_sampling"]
-    assert found["DATA_PT_penumbra_light"] == [*light, "max_bounces"]
-    assert found["area"] == ["spread", *light, "is_portal", "max_bounces"]
+    moves = ["use_motion_blur", "use_deform_motion", "motion_steps"]
+    assert found["OBJECT_PT_penumbra_motion"] == moves
+    assert found["lamp"] == moves[2:]
+    assert found["DATA_PT_penumbra_light"] == [*light, "max_bounces", "use_motion_blur"]
+    assert found["area"] == ["spread", *light, "is_portal", "max_bounces", "use_motion_blur"]
     assert found["MATERIAL_PT_penumbra_settings"] == [
         "pass_index",
         "emission_sampling",

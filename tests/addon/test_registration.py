@@ -128,7 +128,9 @@ def test_panels_show_all_options_that_are_honoured_and_no_others(blender):
     shown = {name for names in found.values() for name in names}
     honoured = {option.name for option in OPTIONS if not option.awaits}
     blenders = {"film_transparent", "threads_mode", "threads", "preview_pixel_size"}
-    assert shown == honoured | blenders | {"penumbra.adopt_cycles"}
+    blenders |= {"use_motion_blur", "motion_blur_position", "motion_blur_shutter"}
+    blenders |= {"motion_blur_shutter_curve", "penumbra.adopt_cycles"}
+    assert shown == honoured | blenders
 
 
 def panoramas():

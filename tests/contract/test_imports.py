@@ -26,6 +26,8 @@ LAYERS = (
     "shading",
     "lights",
     "camera",
+    "camera_motion",
+    "shutter",
     "film",
     "kept",
     "plan",

@@ -1,5 +1,7 @@
 """lens -> circles of confusion.  Blurred pictures have the size, shape and light of thin lenses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -135,3 +137,24 @@ def test_before_the_focus_the_picture_of_the_aperture_is_upside_down():
         found = (light * x**3).sum() / light.sum()
         expected = third * (pixels * (1 / FOCUS - 1 / distance)) ** 3
         np.testing.assert_allclose(found, expected, rtol=0.1)
+
+
+@pytest.mark.parametrize("kind", ("PERSP", "ORTHO", "PANO"))
+@pytest.mark.parametrize(("radii", "focuses"), (((0.3, 0.3), (2.0, 7.0)), ((0.4, 0.1), (4.0, 4.0))))
+def test_a_lens_that_changes_spreads_light_like_the_mean_of_all_times(kind, radii, focuses):
+    """Focus and f-stop while the shutter is open: variances are the mean of those of the disks."""
+    view, pixels = camera(kind, aperture=Aperture(9.0, 9.0))
+    ends = [Aperture(*lens) for lens in zip(radii, focuses, strict=True)]
+    view = replace(view, motion=tuple(replace(view, aperture=end) for end in ends))
+    distance = 2.5
+    scale = pixels if kind == "ORTHO" else pixels / distance
+    image = s.pixels(view, spark(distance, SQUARE / 2 / scale), samples=4096, max_bounces=0)
+    total, middle, spread = moments(image)
+    np.testing.assert_allclose(total, SQUARE**2, rtol=0.02)
+    np.testing.assert_allclose(middle, SIZE / 2, atol=0.1)
+
+    time = (np.arange(1000) + 0.5) / 1000
+    radius, focus = (low + (high - low) * time for low, high in (radii, focuses))
+    blur = ((radius * (distance - focus) / focus * scale) ** 2).mean() / 4
+    assert blur > 3
+    np.testing.assert_allclose(spread - (SQUARE**2 + 1) / 12, blur, rtol=0.03)

@@ -292,6 +292,50 @@ def sparks(folder):
     return found
 
 
+def pulls(folder):
+    """Return {name: pictures} of focuses that are pulled; Cycles' are means of stills.
+
+    Cycles itself has the focus of the frame at all times.
+    """
+    import bpy
+    from mathutils import Matrix
+
+    count, ends = 32, (2.2, 5.8)
+    scene, item = stage(32, 32, samples=256)
+    camera = item.data
+    item.rotation_euler = (np.pi / 2, 0, 0)  # along y
+    camera.lens, camera.ortho_scale = 50, 3.2
+    spark = bpy.data.meshes.new("Spark")
+    spark.from_pydata([(x, 3, z) for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))], [], [range(4)])
+    spark.transform(Matrix.Diagonal((0.2, 1, 0.2, 1)))
+    scene.collection.objects.link(bpy.data.objects.new("Spark", spark))
+    show(spark, "NewGeometry", "Position", 0.0)
+    dof = camera.dof
+    dof.use_dof = True
+    bpy.context.preferences.edit.keyframe_new_interpolation_type = "LINEAR"
+    found = {}
+    for kind, stop in (("PERSP", 0.06), ("ORTHO", 0.6)):
+        camera.type, dof.aperture_fstop = kind, stop
+        scene.render.use_motion_blur = False
+        stills = []
+        for number in range(count):
+            part = (number + 0.5) / count
+            dof.focus_distance = ends[0] + (ends[1] - ends[0]) * part
+            scene.cycles.seed = number
+            stills.append(shoot(scene, "CYCLES", folder))
+
+        # The same in frame 1, between keys in 0 and 2
+        scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 2.0
+        for frame, focus in zip((0, 2), ends, strict=True):
+            dof.focus_distance = focus
+            dof.keyframe_insert("focus_distance", frame=frame)
+        scene.penumbra.samples = 256 * count
+        scene.frame_set(1)
+        found[kind] = shoot(scene, "PENUMBRA", folder), np.mean(stills, axis=0)
+        camera.animation_data_clear()
+    return found
+
+
 # --- Verdicts -----------------------------------------------------------------------------------
 
 
@@ -332,14 +376,22 @@ def test_both_eyes_see_what_they_see_in_cycles(blender, folder):
 
 
 def test_apertures_and_pixel_filters_spread_light_as_in_cycles(blender, folder):
+    compare_shares(blender(sparks, folder), 2048)
+
+
+def test_a_focus_that_is_pulled_is_the_mean_of_cycles_pictures_of_all_times(blender, folder):
+    compare_shares(blender(pulls, folder), 256 * 32)
+
+
+def compare_shares(found, samples):
     """The share of samples of a pixel that hit is binomial, or better if they are stratified."""
-    for label, (ours, theirs) in blender(sparks, folder).items():
+    for label, (ours, theirs) in found.items():
         ours, theirs = (picture[0, ..., 1].astype(float) / 0.5 for picture in (ours, theirs))
         share = 0.5 * (ours + theirs)
         assert theirs.sum() > 0.2, label
         assert theirs.max() <= 1 + 1e-6
         assert 4 <= np.count_nonzero(theirs) < 700, label
-        spread = np.sqrt(2 * share * (1 - share) / 2048 + (2 / 2048) ** 2)
+        spread = np.sqrt(2 * share * (1 - share) / samples + (2 / samples) ** 2)
         z = (ours - theirs) / spread
         assert np.abs(z).max() < 5, f"{label}: {np.abs(z).max():.1f} standard errors"
         assert (z[share > 0] ** 2).mean() < 1.5, label

@@ -5,12 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from penumbra.core.camera.aperture import opening
+from penumbra.core.camera import aperture as apertures
 from penumbra.core.camera.eyes import look
 from penumbra.core.optics import Aperture, Eye
 
 F32 = np.float32
 COUNT = 200_000
+
+
+def opening(aperture, u, v):
+    half = np.array(aperture.half, F32)[:, None]
+    return apertures.opening(aperture, half, u, v)
 
 
 def numbers(count=COUNT):

@@ -7,6 +7,7 @@ import pytest
 
 from penumbra.core import Settings
 from penumbra.core.camera import FILTER_ENTRIES, compile_camera
+from penumbra.core.camera_motion import compile_moving_camera
 from penumbra.core.optics import Aperture, Eye, Panorama
 from tests.support import scenes as s
 
@@ -396,3 +397,49 @@ def test_a_border_has_the_pixels_of_the_whole_picture(pattern):
     part = s.pixels(replace(view, border=(5, 7, 18, 20)), *things, pattern=pattern)
     assert part.shape == (13, 13, 4)
     np.testing.assert_array_equal(part, whole[7:20, 5:18])
+
+
+# --- Motion -------------------------------------------------------------------------------------
+
+MOVING = (
+    ("PERSP", None, (-0.4, 0.5, -0.4, 0.4)),
+    ("ORTHO", None, (-2.5, 2.0, -2.5, 2.5)),
+    ("PANO", Panorama("EQUIRECTANGULAR"), (0.3, 0.6, 0.4, 0.6)),
+    ("PANO", Panorama("FISHEYE_EQUIDISTANT", fov=0.8), (0.0, 1.0, 0.0, 1.0)),
+    ("PANO", Panorama("MIRRORBALL"), (0.0, 1.0, 0.0, 1.0)),
+)
+
+
+@pytest.mark.parametrize("aperture", (None, Aperture(0.4, 5.0, blades=5, ratio=1.5)))
+@pytest.mark.parametrize(("projection", "panorama", "window"), MOVING)
+def test_rays_of_a_camera_that_moves_are_those_of_one_that_rests_where_it_is(
+    projection, panorama, window, aperture
+):
+    """It turns along an arc, zooms and pulls its focus; rays are compared at single times."""
+    zoom = 1.0 if projection == "PANO" else 1.4
+
+    def at(time):
+        target = (np.sin(1.2 * time), np.cos(1.2 * time), 0.0)
+        width = 1 + (zoom - 1) * time
+        lens = aperture and replace(aperture, radius=0.4 - 0.1 * time, focus=5 + 4 * time)
+        matrix = s.look_at((0, 0, 0), target)
+        matrix[:, 3] = (time, 2 * time, 3)
+        size = tuple(width * side for side in window)
+        return s.Camera(
+            matrix, size, 16, 16, projection, clip_start=0.5, aperture=lens, panorama=panorama
+        )
+
+    view = replace(at(0.5), motion=(at(0.0), at(0.5), at(1.0)))
+    moving = compile_moving_camera(view, BOX, np.zeros(3), None)
+    x, y = (each.ravel().astype(F32) for each in np.meshgrid(np.arange(16), np.arange(16)))
+    u, v = np.random.default_rng(3).random((2, 256)).astype(F32)
+    middle, lens = np.full(256, 0.5, F32), () if aperture is None else (u, v)
+    for time in (0.0, 0.3, 0.77, 1.0):
+        expected = compile_(at(time)).rays(x, y, middle, middle, *lens)
+        found = moving.at(np.full(256, time, F32)).rays(x, y, middle, middle, *lens)
+        for one, other in zip(found, expected, strict=True):
+            if other is None:
+                assert one is None
+            else:
+                other = np.broadcast_to(other, one.shape)
+                np.testing.assert_allclose(one, other, atol=2e-4)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from penumbra.core import Instance, Link, Material, Mesh, Node
-from penumbra.core.scene import REST, SHARP, Attribute, SceneError
+from penumbra.core.scene import REST, SHARP, Attribute, Deformation, SceneError
 from penumbra.core.shading import Library, displace
 from penumbra.core.shading.displacement import smooth_normals
 from tests.support import scenes as s
@@ -210,4 +210,37 @@ def test_rays_meet_the_displaced_mesh_and_generated_coordinates_are_those_before
                     displacement_method="DISPLACEMENT")  # fmt: skip
     view = s.orthographic((0.5, 0.25, 5), (0.5, 0.25, 0), size=1, scale=0.01)
     picture = s.pixels(view, instance(square, glow), samples=4)
+    np.testing.assert_allclose(picture[0, 0, :2], [0.25, 0.625], atol=0.01)
+
+
+def test_what_deforms_is_displaced_all_the_time():
+    # A pyramid that grows: its sides get steeper, and so do its normals after each step.
+    ends = np.stack([PYRAMID, PYRAMID * [1, 1, 2]])
+    way = constant(0.25, 0, 0)
+    before = pyramid(deformation=Deformation(ends, np.stack([UP, UP])))
+    (found,) = moved(instance(before, material(way)))
+    np.testing.assert_allclose(found.mesh.deformation.positions, ends + [0.25, 0, 0], atol=1e-6)
+    for end, normals in zip(ends, found.mesh.deformation.normals, strict=True):
+        still = Mesh("Still", end.astype(np.float32), SIDES, UP)
+        (there,) = moved(instance(still, material(way)))
+        np.testing.assert_allclose(normals, there.mesh.normals, atol=1e-6)
+    assert not np.allclose(*found.mesh.deformation.normals)
+
+
+def test_what_moves_keeps_its_generated_coordinates_from_before_it_was_displaced():
+    square = Mesh(
+        "Square",
+        np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]),
+        np.int32([[0, 1, 2], [0, 2, 3]]),
+        texture_space=(np.zeros(3), np.ones(3)),
+    )
+    shown = Node("Emission", "", {"Color": Link(Node("TexCoord"), "Generated"), "Strength": 1.0})
+    glow = Material(
+        "Glow", shown, displacement=constant(1.0, 0, 0), displacement_method="DISPLACEMENT"
+    )
+    # It is in the frame where the camera never sees it, and rests elsewhere all the time.
+    view = s.orthographic((0.5, 0.25, 5), (0.5, 0.25, 0), size=1, scale=0.01)
+    gone = instance(square, glow, shift=(5, 6, 0))
+    here = replace(gone, motion=np.array([s.affine(), s.affine()]))
+    picture = s.pixels(view, here, samples=4)
     np.testing.assert_allclose(picture[0, 0, :2], [0.25, 0.625], atol=0.01)

@@ -8,13 +8,16 @@ import pytest
 from penumbra.core import Instance, Lamp, Link, Material, Node, World, compile_plan, render
 from penumbra.core.film.passes import PASSES
 from penumbra.core.layer import MATTES, Layer, Mist
+from penumbra.core.optics import Aperture, Panorama
 from penumbra.core.scene import ACTIVE_UV, Attribute, Label
 from tests.support.passes import every_kind_of_surface, from_above, half_clear, rendered, shown
 from tests.support.scenes import (
     DEFAULTS,
+    Camera,
     affine,
     diffuse,
     emission,
+    look_at,
     node,
     orthographic,
     point,
@@ -284,3 +287,62 @@ def test_a_catcher_pass_takes_the_shadow_out_of_the_picture():
     assert not found["Combined"].any()
     alone = shown(Layer(), *view, film_transparent=True, max_bounces=0)["Combined"]
     np.testing.assert_allclose(alone[:, 5:, 3], 1.0, rtol=1e-6)
+
+
+# --- Motion --------------------------------------------------------------------------------------
+
+PLACES = Layer(passes=("Depth", "Position", "Object Index"))
+
+
+def raised(matrix, *ways):
+    """Return a matrix (3, 4) at steps of time, moved on in the world."""
+    keys = np.repeat(matrix[None], len(ways), axis=0)
+    keys[:, :, 3] += ways
+    return keys
+
+
+def test_places_are_those_when_half_of_the_light_has_come_through_the_shutter():
+    view, floor = from_above(put(quad((9, 0, 0), (0, 9, 0)), diffuse()))
+    aside = raised(view.to_world, (0, 0, 0), (1, 0, 0))
+    view = replace(view, motion=tuple(replace(view, to_world=key) for key in aside))
+    floor = replace(floor, motion=raised(floor.to_world, (0, 0, 0), (0, 0, 2)))
+    described = scene(view, floor, layer=PLACES, shutter=np.linspace(0.0, 1.0, 256))
+    found = {e.name: p for e, p in render(compile_plan(described, DEFAULTS), threads=1).passes()}
+    half = 0.5**0.5  # of a shutter that opens evenly
+    np.testing.assert_allclose(found["Depth"], 10 - 2 * half, atol=2e-3)
+    across = (np.arange(8) + 0.5) / 4 - 1 + half
+    np.testing.assert_allclose(found["Position"][3, :, 0], across, atol=2e-3)
+    np.testing.assert_allclose(found["Position"][..., 2], 2 * half, atol=2e-3)
+
+
+def test_places_in_a_round_picture_that_moves_are_those_at_the_middle_of_the_time():
+    lens = {"projection": "PANO", "panorama": Panorama("FISHEYE_EQUIDISTANT", fov=2.0)}
+    lens["aperture"] = Aperture(0.2, 3.0)
+    view = Camera(look_at((0, -3, 2), (0, 0, 0)), (0.0, 1.0, 0.0, 1.0), 16, 16, **lens)
+    things = (
+        put(quad((9, 0, 0), (0, 9, 0)), diffuse(), name="Floor"),
+        put(quad((1, 0, 0), (0, 0, 1), (0, 0, 1)), half_clear(0.9), name="Veil"),
+    )
+    ways = (-0.3, 0.1, -0.2), (0, 0, 0), (0.3, -0.1, 0.2)
+    keys = raised(view.to_world, *ways)
+    moving = replace(view, motion=tuple(replace(view, to_world=key) for key in keys))
+    others = [replace(each, motion=raised(each.to_world, *ways)) for each in things]
+    still, moved = shown(PLACES, view, *things), shown(PLACES, moving, *others)
+    assert np.ptp(still["Position"][..., 1]) > 3
+    for name in PLACES.passes:
+        np.testing.assert_allclose(moved[name], still[name], rtol=1e-5, atol=1e-5)
+
+
+def test_the_light_passes_of_what_moves_add_up_to_the_picture():
+    view, *things = every_kind_of_surface()
+    ways = (0, 0, 0), (0.4, 0.2, 0.1)
+    keys = raised(view.to_world, *ways)
+    view = replace(view, motion=tuple(replace(view, to_world=key) for key in keys))
+    things = [
+        replace(each, motion=raised(each.to_world, *ways)) if isinstance(each, Instance) else each
+        for each in things
+    ]
+    found = shown(Layer(passes=LIGHT, mattes=MATTES), view, *things, samples=8)
+    np.testing.assert_allclose(added_up(found), found["Combined"][..., :3], rtol=2e-6, atol=2e-6)
+    still = shown(Layer(), view, *things, samples=8)
+    np.testing.assert_allclose(found["Combined"], still["Combined"], rtol=2e-6, atol=1e-6)

@@ -39,6 +39,8 @@ CYCLES = {
     "blur_glossy": 1.0,
     "caustics_reflective": True,
     "caustics_refractive": True,
+    "rolling_shutter_type": "NONE",
+    "rolling_shutter_duration": 0.1,
     "pixel_filter_type": "BLACKMAN_HARRIS",
     "filter_width": 1.5,
     "film_exposure": 1.0,

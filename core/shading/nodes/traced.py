@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import F32, Scalar, Vec, dot, frame, normalize
+from ...arrays import F32, Scalar, Vec, dot, frame, normalize, take
 from ...geometry.accel import FAR
 from ...geometry.surface import Points, resolve
 from ...sampling.dimensions import LENS, PIXEL
@@ -96,7 +96,7 @@ def unoccluded(
         if only_local:
             free += _is_alone(tracer, probe, points, start, direction, far)
         else:
-            free += tracer.is_free(start, direction, far.copy(), probe.tally)
+            free += tracer.is_free(start, direction, far.copy(), probe.tally, points.time)
     return np.where(far > 0, free * F32(1 / samples), F32(1))
 
 
@@ -106,8 +106,8 @@ def _is_alone(
     """Return 1 for each ray (n,) that does not meet the object it starts from, else 0."""
     alone = np.ones(far.size, F32)
     instance = tracer.instance(points.triangle)
-    hits = tracer.hits_of(instance, start, direction, far, points.triangle, probe.tally)
-    for ray, _ in hits:
+    way = start, direction, far, points.triangle, probe.tally, points.time
+    for ray, _ in tracer.hits_of(instance, *way):
         alone[ray] = 0
     return alone
 
@@ -195,13 +195,15 @@ def _normals_around(
     # All that it meets of the object
     total = np.zeros_like(start)
     instance = tracer.instance(points.triangle)
-    for ray, hits in tracer.hits_of(instance, start, direction, far, None, probe.tally):
+    way = start, direction, far, None, probe.tally, points.time
+    for ray, hits in tracer.hits_of(instance, *way):
         met = resolve(
             tracer.triangles,
             start.take(ray, axis=1),
             direction.take(ray, axis=1),
             hits,
             None,
+            take(points.time, ray),
         )
         outward = np.where(met.back, F32(-1), F32(1))
         across = met.geometric
@@ -305,16 +307,17 @@ def cast(context: Context, direction: Array, length: Array, *rest: Any) -> Array
         return out
     start, direction = start.take(index, axis=1), direction.take(index, axis=1)
     far, left, own = far.take(index), left.take(index), tracer.instance(points.triangle.take(index))
+    time = take(points.time, index)
     if only_local:
-        ray, hits = _first(tracer.hits_of(own, start, direction, far, left, probe.tally))
+        ray, hits = _first(tracer.hits_of(own, start, direction, far, left, probe.tally, time))
     else:
-        hits = tracer.closest(start, direction, far.copy(), left, probe.tally)
+        hits = tracer.closest(start, direction, far.copy(), left, probe.tally, time)
         ray = np.flatnonzero(hits.triangle >= 0)
         hits = hits.take(ray)
     if not ray.size:
         return out
     direction = direction.take(ray, axis=1)
-    met = resolve(tracer.triangles, start.take(ray, axis=1), direction, hits, None)
+    met = resolve(tracer.triangles, start.take(ray, axis=1), direction, hits, None, take(time, ray))
     where = index.take(ray)
     out[0, where] = 1
     out[1, where] = tracer.instance(hits.triangle) == own.take(ray)
