@@ -132,7 +132,8 @@ class Plan:
     kind_limits: tuple[int, int, int] | None
     clamp_direct: float  # of the sum of the channels, as in Cycles; 0 is no limit
     clamp_indirect: float
-    transparent_max_bounces: int
+    transparent_max_bounces: int  # of shadow rays, with what their paths have passed
+    transparent_passes: int  # of paths
     light_threshold: float  # fainter light samples play roulette; 0 is none
     blur_glossy: float  # 0 where no closure is blurred
     has_transparent: bool
@@ -422,6 +423,7 @@ def compile_plan(
         clamp_direct=3 * settings.sample_clamp_direct,
         clamp_indirect=3 * settings.sample_clamp_indirect,
         transparent_max_bounces=settings.transparent_max_bounces,
+        transparent_passes=settings.transparent_max_bounces + scene.spare_passes,
         light_threshold=_light_threshold(settings),
         blur_glossy=blur_glossy,
         has_transparent=bool(surfaces.is_transparent.any()),

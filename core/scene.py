@@ -325,6 +325,8 @@ class Lamp:
     blockers: int = EVERY_SET  # mask of those that cast its shadows
     lights_catchers: bool = True  # its light counts where shadow catchers are alone
     surface: Node | None = None  # a shader whose emission multiplies the strength
+    label: Label = Label()
+    is_object: bool = True  # for its shader; else its own space is the world (Cycles before 4.5)
     light_group: str = ""
     motion: NDArray[np.float64] | None = None  # (K, 3, 4), its affine at equal steps of time
 
@@ -416,6 +418,7 @@ class Scene:
     lamps: tuple[Lamp, ...] = ()
     world: World | None = None
     film_transparent: bool = False
+    spare_passes: int = 0  # transparent surfaces that paths may pass more than shadow rays may
     frame: int = 0
     layer: Layer = Layer()
     notes: tuple[Note, ...] = ()

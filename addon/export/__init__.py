@@ -135,6 +135,7 @@ def _read(
         lamps=tuple(content.lamps),
         world=content.world(scene, view_layer),
         film_transparent=scene.render.film_transparent,
+        spare_passes=0 if bpy.app.version >= (5, 0) else 1,  # as that version's Cycles
         frame=scene.frame_current,
         layer=layer,
         notes=tuple(dict.fromkeys(notes)),
@@ -274,7 +275,8 @@ class _Content:
             if (address, made_by) not in self.lights:
                 self.lights[address, made_by] = self.read_light(object, parent)
             light = self.lights[address, made_by]
-            lamp = light and place_lamp(light, _affine(item.matrix_world))
+            place = _affine(item.matrix_world), read_label(item)
+            lamp = light and place_lamp(light, *place)
             if lamp is not None:
                 self.lamps.append(lamp)
                 if self.moves:

@@ -23,12 +23,15 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.scene import Colour, Lamp, Node, Note, RayKinds, World
+from ...core.scene import Colour, Label, Lamp, Node, Note, RayKinds, World
 from ..properties import read_max_bounces
 from .images import Images
 from .materials import active_tree, export_tree
 
 _WHITE = (1.0, 1.0, 1.0)
+
+# Until Blender 4.5 lamps were no objects for Cycles: shaders know but a random number of them
+_ARE_OBJECTS = bpy.app.version >= (4, 5)
 
 
 class Light(NamedTuple):
@@ -60,18 +63,21 @@ def read_light(
         casts_shadow=getattr(light, "use_shadow", True),
         sampled=getattr(cycles, "use_multiple_importance_sampling", True),
         surface=surface,
+        is_object=_ARE_OBJECTS,
     )
     return Light(_shape(lamp, light), getattr(light, "normalize", True))
 
 
-def place_lamp(light: Light, to_world: NDArray[np.float64]) -> Lamp | None:
-    """Return a light in the world (3, 4); None for an area of no size, which emits nothing."""
+def place_lamp(light: Light, to_world: NDArray[np.float64], label: Label) -> Lamp | None:
+    """Return a light in the world (3, 4), labelled; None for an area of no size: it is black."""
     factor = _factor(light, to_world)
     if factor == 0.0:
         return None
     red, green, blue = light.lamp.strength
     strength = (factor * red, factor * green, factor * blue)
-    return replace(light.lamp, to_world=to_world, strength=strength)
+    if not light.lamp.is_object:
+        label = Label((0.0, 0.0, 0.0), 0.0, random=label.random)
+    return replace(light.lamp, to_world=to_world, strength=strength, label=label)
 
 
 def _shape(lamp: Lamp, light: bpy.types.Light) -> Lamp:

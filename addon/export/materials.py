@@ -322,6 +322,9 @@ def _properties(node: bpy.types.Node, images: Images) -> Iterator[tuple[str, Any
         mapping = export_mapping(node.texture_mapping)
         if mapping is not None:
             yield "texture_mapping", mapping
+    if node.bl_idname == "ShaderNodeBsdfPrincipled" and bpy.app.version < (5, 0):
+        # Until then there was a thin film on dielectrics only.
+        yield "films_metal", False
     if node.bl_idname == "ShaderNodeTexVoronoi":
         # Until then cells were hashed as floats.
         yield "is_float", bpy.app.version < (5, 0, 0)

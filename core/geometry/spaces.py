@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Scalar, Vec
-from ..scene import Instance, Particle
+from ..scene import Instance, Label, Particle
 from .motion import Movement, applied, cofactors, inverses
 
 # Rows of `Spaces.facts`, what shaders may ask of an object besides: first of vectors, then numbers
@@ -125,6 +125,21 @@ def _linear(affine: NDArray[np.float32]) -> NDArray[np.float32]:
     return affine.reshape(3, 4, -1)[:, :3].reshape(9, -1)
 
 
+def facts_of(label: Label, to_world: NDArray[np.float64]) -> tuple[float, ...]:
+    """Return the FACTS of an object whose affine is to_world (3, 4)."""
+    return (
+        *to_world[:, 3],
+        *label.colour,
+        *label.generated,
+        *label.uv,
+        0.0,
+        label.alpha,
+        label.index,
+        label.random,
+        float(np.linalg.det(to_world[:, :3]) < 0),
+    )
+
+
 def compile_spaces(instances: Sequence[Instance], origin: NDArray[np.float64]) -> Spaces:
     """Return the spaces of instances; positions will be about `origin` (3,) [m].
 
@@ -146,18 +161,7 @@ def compile_spaces(instances: Sequence[Instance], origin: NDArray[np.float64]) -
         from_object[number, :, :3] = linear
         from_object[number, :, 3] = instance.to_world[:, 3] - origin
         normals[number] = inverse.T
-        label = instance.label
-        facts[:, number] = (
-            *instance.to_world[:, 3],
-            *label.colour,
-            *label.generated,
-            *label.uv,
-            0.0,
-            label.alpha,
-            label.index,
-            label.random,
-            np.linalg.det(linear) < 0,
-        )
+        facts[:, number] = facts_of(instance.label, instance.to_world)
     matrices = (to_texture, to_object, from_object)
     a, b, c = (matrix.reshape(-1, 12).astype(F32) for matrix in matrices)
     particles = _particles(instances)

@@ -251,8 +251,7 @@ class Context:
     @cached_property
     def moved_back(self) -> "Context":
         """The context of the same points where they were, with the normals that they have now."""
-        points = self.points if self.index is None else self.points.take(self.index)
-        return Context(replace(points, position=self.rest), self.arrival, None, self.place)
+        return _MovedBack(self)
 
     def rest_way(self, axis: int) -> Vec:
         """Return the ways (3, n) on the surfaces as they were of a pixel along an axis."""
@@ -427,3 +426,27 @@ class Context:
         if found is None or isinstance(found, int):
             return np.full(1, F32(found or 0))
         return self.of(found).astype(F32)
+
+
+class _MovedBack(Context):
+    """Where a displaced surface was, as bump saw it in Cycles before Blender 5.0.
+
+    Normals are those that it has.  Pixels are as wide as in the mean on the surface as it was, but
+    lie on the surface as it is.
+    """
+
+    def __init__(self, there: Context) -> None:
+        points = there.points if there.index is None else there.points.take(there.index)
+        super().__init__(replace(points, position=there.rest), there.arrival, None, there.place)
+        lengths = [np.sqrt(dot(way, way)) for way in map(there.rest_way, (0, 1))]
+        self._wide = (lengths[0] + lengths[1]) * F32(0.5)
+
+    def beside(self, axis: int, width: np.float32) -> Context:
+        """Return the context so many pixels beside, along an axis (0, 1) of the triangles."""
+        key = axis, width
+        if key not in self._beside:
+            beside = super().beside(axis, width)
+            way = self.sideways[axis] * (self._wide * width)
+            moved = replace(beside.points, position=self.points.position + way)
+            self._beside[key] = Context(moved, self.arrival, None, self.place)
+        return self._beside[key]

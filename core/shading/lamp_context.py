@@ -5,8 +5,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, INV_PI, Index, Scalar, Vec, dot, normalize
+from ..arrays import F32, INV_PI, Ids, Index, Scalar, Vec, dot, normalize
 from ..geometry.attributes import VECTOR, Asked
+from ..geometry.spaces import FACTS, facts_of
 from ..scene import ACTIVE_UV, Lamp
 from .context import NEVER, NOWHERE, Arrival, Context
 
@@ -16,6 +17,9 @@ DISK, BALL, PLANE = 0, 1, 2
 # Rows of a lamp's numbers: the affine to the lamp's own space, its linear part back, its normal,
 # and how far its texture spans
 TO_LOCAL, TO_WORLD, CENTRE, NORMAL, SPAN = 0, 12, 21, 24, 27
+
+# Row of a lamp's facts, behind those that it has in common with what has a mesh
+IS_OBJECT = FACTS
 
 
 def compile_row(lamp: Lamp, origin: NDArray[np.float64]) -> tuple[list[float], int]:
@@ -38,18 +42,27 @@ def compile_row(lamp: Lamp, origin: NDArray[np.float64]) -> tuple[list[float], i
     return [float(value) for value in row], facing
 
 
+def facts_of_lamp(lamp: Lamp) -> list[float]:
+    """Return the facts of a lamp, one more than FACTS."""
+    to_world = lamp.to_world if lamp.is_object else np.eye(3, 4)
+    return [*facts_of(lamp.label, to_world), float(lamp.is_object)]
+
+
 class LampContext(Context):
     """What a program may read of n rays of unit directions that meet lamps.
 
-    rows (29, n) or (29, 1), facing (n,) or (1,): of `compile_row`; where (3, n): places on the
-    lamps about the local origin, direction (3, n) and length (n,) of the rays; of all N rays that
-    `arrival` is about these are `index`, None for all.
+    rows (29, n) or (29, 1), facing (n,) or (1,): of `compile_row`; facts (FACTS + 1, L) of all
+    lamps, of which these are `which` (n,) or (1,); where (3, n): places on the lamps about the
+    local origin, direction (3, n) and length (n,) of the rays; of all N rays that `arrival` is
+    about these are `index`, None for all.
     """
 
     def __init__(
         self,
         rows: NDArray[np.float32],
         facing: NDArray[np.int32],
+        facts: NDArray[np.float32],
+        which: Ids,
         kind: str,
         where: Vec,
         direction: Vec,
@@ -60,6 +73,7 @@ class LampContext(Context):
     ) -> None:
         self.arrival, self.index, self.place = arrival, index, NOWHERE
         self._rows, self._facing, self._kind = rows, facing, kind
+        self._facts, self._which = facts, which
         self._where, self.direction, self._origin = where, direction, origin
         self.wo = np.negative(direction)
         self.length = self.travelled = np.full(1, NEVER) if kind == "SUN" else length
@@ -116,10 +130,37 @@ class LampContext(Context):
 
     @cached_property
     def in_object(self) -> Vec:
-        """Places (3, n) in the lamp's own space."""
-        if self._kind == "SUN":
-            return self._to_local(self.position) + self._rows[TO_LOCAL + 9 : TO_LOCAL + 12]
-        return self._to_local(self._where) + self._rows[TO_LOCAL + 9 : TO_LOCAL + 12]
+        """Places (3, n) in the lamp's own space, if it has one, else in the world."""
+        if self.is_object is None:
+            return self._in_own_space
+        return np.where(self.is_object, self._in_own_space, self.position)
+
+    @cached_property
+    def _in_own_space(self) -> Vec:
+        where = self.position if self._kind == "SUN" else self._where
+        return self._to_local(where) + self._rows[TO_LOCAL + 9 : TO_LOCAL + 12]
+
+    @property
+    def generated(self) -> Vec:
+        """The same: lamps have no box (Cycles)."""
+        return self.in_object
+
+    @property
+    def is_object(self) -> NDArray[np.bool_] | None:
+        """Which lamps (n,) or (1,) have a space of their own, None if all have."""
+        facts = self._facts[IS_OBJECT]
+        return None if facts.all() else facts.take(self._which) > 0
+
+    def fact(self, row: int, is_vector: bool = False) -> NDArray[np.float32]:
+        """Return what is known of the lamps, (n,) or (3, n), see `geometry.spaces`."""
+        facts = self._facts
+        return (facts[row : row + 3] if is_vector else facts[row]).take(self._which, axis=-1)
+
+    @cached_property
+    def reflection(self) -> Vec:
+        """Directions (3, n) of the mirrored viewer's rays; what is no object mirrors nothing."""
+        mirrored = super().reflection
+        return mirrored if self.is_object is None else np.where(self.is_object, mirrored, self.wo)
 
     @cached_property
     def normal_in_object(self) -> Vec:
@@ -136,7 +177,7 @@ class LampContext(Context):
             u = F32(0.5) - np.arctan2(x, y) * F32(0.5) * INV_PI
             v = F32(1) - np.arccos(np.clip(z / long, F32(-1), F32(1))) * INV_PI
         elif self._kind == "AREA":
-            x, y, _ = self.in_object
+            x, y, _ = self._in_own_space
             u = np.clip(x * u_span, F32(-0.5), F32(0.5)) + F32(0.5)
             v = np.clip(y * v_span, F32(-0.5), F32(0.5)) + F32(0.5)
         elif self._kind == "SPOT":

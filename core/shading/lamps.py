@@ -14,7 +14,7 @@ from ..arrays import F32, Ids, Index, Scalar, Vec
 from ..scene import Lamp, Note
 from .context import Arrival
 from .graph import Library
-from .lamp_context import LampContext, compile_row
+from .lamp_context import LampContext, compile_row, facts_of_lamp
 from .nodes import LAMP_NODES
 from .program import Program, merge, structure
 from .rules import Rules
@@ -39,7 +39,8 @@ class LampShaders:
     """The shaders of L lamps, by their numbers.
 
     program (L,) int32 of `glows`, -1 where the colour is constant, and column (L,) of its table;
-    rows (29, L) and facing (L,), see `lamp_context`; origin (3, 1) of local places [m].
+    rows (29, L), facing (L,) and facts (FACTS + 1, L), see `lamp_context`; origin (3, 1) of local
+    places [m].
     """
 
     glows: tuple[Glow, ...]
@@ -47,6 +48,7 @@ class LampShaders:
     column: Ids
     rows: NDArray[np.float32]
     facing: NDArray[np.int32]
+    facts: NDArray[np.float32]
     kinds: tuple[str, ...]
     origin: Vec
 
@@ -89,6 +91,8 @@ class LampShaders:
         context = LampContext(
             self.rows.take(which, axis=1),
             self.facing.take(which),
+            self.facts,
+            which,
             self.kinds[int(which[0])],
             where,
             direction,
@@ -188,6 +192,7 @@ def compile_lamp_shaders(
         column,
         np.ascontiguousarray(np.array([row for row, _ in compiled]).T, F32),
         np.array([facing for _, facing in compiled], np.int32),
+        np.array([facts_of_lamp(lamp) for lamp in lamps], F32).T,
         tuple(lamp.kind for lamp in lamps),
         origin.astype(F32)[:, None],
     )

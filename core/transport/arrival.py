@@ -62,7 +62,7 @@ def retire(
     ends = paths.last
     if paths.passed is not None:
         # Blender stops at the surface after the last that may be passed; one always may.
-        is_over = (paths.passed > 0) & (paths.passed >= plan.transparent_max_bounces)
+        is_over = (paths.passed > 0) & (paths.passed >= plan.transparent_passes)
         ends = ends | is_over
     going = np.flatnonzero(~ends)
     ended = None

@@ -58,6 +58,6 @@ def add_held_out(
     radiance.add_hole(hole.mean(axis=0), paths.slots(every))
     passes = transparency.any(axis=0)
     if paths.passed is not None:
-        passes &= paths.passed <= plan.transparent_max_bounces
+        passes &= paths.passed <= plan.transparent_passes
     through = np.flatnonzero(passes)
     return (paths.take(through), points.take(through)) if through.size else None

@@ -40,8 +40,11 @@ KNOWN: dict[str, str] = {
     "principled_subsurface_half": _SUBSURFACE,
     "subsurface_node": _SUBSURFACE,
     "sky_hosek_wilkie": "Drawn as Preetham's sky, and the report says so: its data are missing",
-    "path_is_diffuse_ray": "Cycles weighs what glows for diffuse rays only against light "
-    "samples that find nothing, and loses light: done so, Penumbra was 5 % darker than before",
+    "transparent_limit_0": "Cycles counts lamps that rays meet as transparent surfaces: with a "
+    "limit of 0 they hide the sky. With lamps that rays do not meet (no MIS) both are the same",
+    "path_is_diffuse_ray": "Cycles weighs what glows for diffuse rays only against light samples "
+    "that find nothing, and loses light by the odds of its light tree. Without emission sampling "
+    "both are the same",
     "motion_zoom_orthographic": "Cycles does not blur the zoom of a camera without perspective: "
     "its picture is, to the last bit, the one at rest with the scale of the middle of the time",
     "motion_focus": "Cycles does not blur the focus: its picture is, to the last bit, the one with "
@@ -52,11 +55,15 @@ KNOWN: dict[str, str] = {
 }
 
 # name -> the Blender that the difference ends with, and its cause
+_COAT = "Until Blender 4.5 Cycles' rough coats lose the light that scatters twice: drawn as since"
+_FILM = "Until Blender 5.0 Cycles sums spectra of thin films by fitted curves: drawn as since"
 _SINGLE = "Until Blender 4.3 Cycles' Oren-Nayar loses the light that scatters twice: drawn as since"
 KNOWN_BEFORE: dict[str, tuple[tuple[int, int], str]] = {
     "diffuse_rough": ((4, 3), _SINGLE),
     "diffuse_half_rough": ((4, 3), _SINGLE),
     "bump_diffuse_rough": ((4, 3), _SINGLE),
+    "coat_rough": ((4, 5), _COAT),
+    "film_dielectric": ((5, 0), _FILM),
     "lamp_tree_sun": (
         (4, 4),
         "Until Blender 4.4 falloffs of suns overflow in Cycles: drawn as since",

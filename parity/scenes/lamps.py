@@ -72,6 +72,24 @@ def _half(vector: Any) -> Any:
     return node("Mapping", Vector=vector, Location=half, Scale=half)
 
 
+# What Object Info is asked for, the strength of the lamp, and where it is
+LABELS = (
+    ("Location", 20, (2.2, -2.2, 2.6)),
+    ("Color", 60, (-2.6, -2.6, 2.6)),
+    ("Alpha", 60, (0.0, -3.0, 3.6)),
+    ("Object_Index", 20, (-1.6, -0.6, 3.2)),
+    ("Random", 60, (1.7, -0.4, 3.2)),
+)
+
+
+def _labelled(s: Any, output: str, energy: float, at: tuple[float, ...]) -> None:
+    told = node("ObjectInfo")[output.replace("_", " ")]
+    told = node("VectorMath", operation="ABSOLUTE", Vector=told)["Vector"]  # no negative light
+    lamp = s.lamp("POINT", energy, at, shadow_soft_size=0.1)
+    lamp.color, lamp.pass_index = (0.9, 0.5, 0.2, 0.7), 3
+    s.light_nodes(lamp, node("Emission", Color=told, Strength=1.0))
+
+
 def _linked(s: Any, collection: str, state: str) -> None:
     s.room()
     ball, other = s.ball(diffuse(), (-0.8, 0, 0.8), 0.8), s.ball(diffuse(), (0.9, 0, 0.8), 0.8)
@@ -151,8 +169,17 @@ ROWS = (
     _tree("normal", "A point lamp's tree: colours by the direction of light.",
           node("Emission", Color=_half(node("TexCoord")["Normal"]), Strength=1.0), energy=400),
     _tree("ball", "A ball-shaped lamp's tree: the place in its own space.",
-          node("Emission", Color=_half(node("TexCoord")["Object"]), Strength=2.0), energy=300,
-          shadow_soft_size=1.0, use_soft_falloff=False),
+          node("Emission", Color=node("VectorMath", operation="ABSOLUTE",
+               Vector=node("TexCoord")["Object"])["Vector"], Strength=2.0),
+          energy=300, shadow_soft_size=1.0, use_soft_falloff=False),
+    _tree("reflection", "An area lamp's tree: colours by the mirrored direction.",
+          node("Emission", Color=_half(node("TexCoord")["Reflection"]), Strength=1.0), "AREA", 300),
+    _tree("noise", "A lamp's tree: a texture that is not told where.",
+          node("Emission", Color=node("TexNoise", Scale=1.5)["Color"], Strength=2.0), energy=300,
+          shadow_soft_size=0.8, use_soft_falloff=False),
+    Scene("lamp_tree_label", "Lamps coloured by what Object Info tells of them.",
+          lambda s: (s.room((0.03, 0.035, 0.04)), s.ball(diffuse()),
+                     [_labelled(s, *row) for row in LABELS])),
     _tree("depth", "A lamp's tree: other colours for light that has bounced.",
           node("Emission", Color=node("Mix", data_type="RGBA", Factor_Float=math(
               "GREATER_THAN", node("LightPath")["Ray Depth"], 1.5), A_Color=(1, 0.2, 0.1),

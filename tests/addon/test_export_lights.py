@@ -75,6 +75,7 @@ def lights():
             texture = data.node_tree.nodes.new("ShaderNodeTexNoise")
             data.node_tree.links.new(texture.outputs["Color"], emission.inputs["Color"])
     light("Hidden", "POINT", {"hide_render": True})
+    light("Told", "POINT", {"color": (0.2, 0.4, 0.6, 0.8), "pass_index": 7})
     colour = None if old else tuple(warm.temperature_color)
     core_scene, _ = exported()
     notes = [(note.owner, note.what) for note in core_scene.notes]
@@ -175,6 +176,15 @@ def test_constant_nodes_colour_a_light_and_others_come_along(exported):
     assert (textured.kind, textured.inputs["Strength"]) == ("Emission", 2.0)
     assert textured.inputs["Color"].node.kind == "TexNoise"
     assert notes == []
+
+
+def test_shaders_of_lamps_know_what_this_version_of_cycles_tells_them(exported):
+    lamps, *_, old = exported
+    told = lamps["Told"]
+    assert told.is_object is not old
+    known = (*told.label.colour, told.label.alpha, told.label.index)
+    assert known == pytest.approx((0, 0, 0, 0, 0) if old else (0.2, 0.4, 0.6, 0.8, 7))
+    assert told.label.random != lamps["Point"].label.random
 
 
 def worlds():

@@ -106,6 +106,7 @@ def test_a_border_is_the_same_part_of_the_frame_with_and_without_crop(blender):
 
 
 def animated_camera():
+    import bpy
     from inside import empty_scene, exported
 
     scene = empty_scene()
@@ -117,16 +118,17 @@ def animated_camera():
     data.keyframe_insert("lens", frame=1)
     data.lens = 80.0
     data.keyframe_insert("lens", frame=12)
-    return exported()[0]
+    return exported()[0], bpy.app.version
 
 
 def test_clipping_frame_and_transparency_are_handed_over(blender):
-    scene = blender(animated_camera)
+    scene, version = blender(animated_camera)
     assert (scene.camera.clip_start, scene.camera.clip_end) == (0.25, 33.0)
     left, right, _, _ = scene.camera.window
     np.testing.assert_allclose(right - left, 36.0 / 80.0, rtol=1e-6)
     assert scene.frame == 12
     assert scene.film_transparent is True
+    assert scene.spare_passes == (version < (5, 0))
 
 
 # --- Lenses -------------------------------------------------------------------------------------

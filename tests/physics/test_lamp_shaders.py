@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from penumbra.core import Link, Node, RayKinds, Settings, compile_plan
+from penumbra.core.scene import Label
 from tests.support import scenes as s
 
 ABOVE = s.camera((0, 0.0001, 9), size=4, fov=0.02)  # looks at one point of the floor
@@ -97,6 +98,81 @@ def test_the_camera_sees_the_shader_of_a_lamp():
         line = line if line[0] < line[-1] else line[::-1]
         np.testing.assert_allclose(line, ramp, atol=0.04)
     assert image[..., 2].max() == 0
+
+
+def lit(surface, **lamp):
+    """The colour (3,) of light straight below a lamp at (0.2, 0.3, 2), as multiples."""
+    at = s.camera((0.2, 0.3001, 9), (0.2, 0.3, 0), size=4, fov=0.02)
+    plain = s.point((0.2, 0.3, 2.0))
+    shaded = replace(plain, surface=surface, **lamp)
+    pictures = (s.pixels(at, FLOOR, x, **DIRECT)[..., :3].mean((0, 1)) for x in (shaded, plain))
+    return np.divide(*pictures)
+
+
+def test_shaders_read_the_label_of_their_lamp():
+    label = Label((0.2, 0.4, 0.6), 0.7, 5, 0.3)
+    for name, told in (
+        ("Location", (0.2, 0.3, 2.0)),
+        ("Color", (0.2, 0.4, 0.6)),
+        ("Alpha", 0.7),
+        ("Object Index", 5),
+        ("Random", 0.3),
+    ):
+        surface = glow(1.0, output("ObjectInfo", name))
+        np.testing.assert_allclose(lit(surface, label=label), told, rtol=1e-4)
+
+
+def test_places_are_in_the_lamps_space_if_it_is_an_object_and_in_the_world_otherwise():
+    for name in ("Object", "Generated"):
+        surface = glow(1.0, output("TexCoord", name))
+        np.testing.assert_allclose(lit(surface), 0, atol=1e-4)
+        np.testing.assert_allclose(lit(surface, is_object=False), (0.2, 0.3, 2.0), rtol=1e-4)
+    known = glow(1.0, output("ObjectInfo", "Location"))
+    np.testing.assert_allclose(lit(known, is_object=False), 0, atol=1e-4)
+
+
+def test_places_on_an_area_are_the_same_whether_it_is_an_object_or_not():
+    lamp = s.area((3, 0, 0), (3, 0, -1), size=(2.0, 2.0), seen_by=RayKinds(), surface=PLACE)
+    view = s.orthographic((3, 0, -5), (3, 0, 0), size=8, scale=2.0)
+    old, new = (s.pixels(view, replace(lamp, is_object=x), samples=4) for x in (False, True))
+    assert np.ptp(new[..., 0]) > 0.5
+    np.testing.assert_array_equal(old, new)
+
+
+def test_places_may_be_those_of_another_object():
+    there = (1, 0, 0, -1.0, 0, 1, 0, -2.0, 0, 0, 2, 0.0)
+    way = Link(Node("TexCoord", "", {}, {"object": there}), "Object")
+    np.testing.assert_allclose(lit(glow(1.0, way)), (1.2, 2.3, 1.0), rtol=1e-4)
+
+
+def test_a_texture_that_is_not_told_where_is_looked_up_in_the_lamps_space():
+    told = {"Vector": output("TexCoord", "Object")}
+    for kind, name in (("TexNoise", "Color"), ("TexVoronoi", "Distance"), ("TexGradient", "Color")):
+        plain, linked = (glow(1.0, output(kind, name, **inputs)) for inputs in ({}, told))
+        expected = lit(linked, is_object=False)
+        np.testing.assert_array_equal(lit(plain, is_object=False), expected)
+        assert (expected != lit(linked)).any()
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "choices"),
+    [
+        ("CameraData", "View Distance", {}),
+        ("TexCoord", "Camera", {}),
+        ("NewGeometry", "Tangent", {}),
+        ("Tangent", "Tangent", {}),
+        ("ParticleInfo", "Age", {}),
+        ("VectorTransform", "Vector", {"convert_to": "CAMERA"}),
+    ],
+)
+def test_what_lamps_have_none_of_is_noted(kind, name, choices):
+    surface = glow(1.0, Link(Node(kind, "", {}, choices), name))
+    plan = compile_plan(s.scene(ABOVE, FLOOR, lamp_at(1, surface)), DARK)
+    assert any(kind in note.what for note in plan.notes)
+
+
+def test_lamps_have_no_edges():
+    assert below(1.0, glow(output("Wireframe", "Fac", Size=10.0))) == 0
 
 
 def test_mirrors_and_light_samples_see_the_same_shader():

@@ -41,7 +41,8 @@ def lamps(count, rng):
 
 def crossing(start, direction, reach, kinds, **more):
     """Rays straight from the camera, of mirrors or of glass, unless `more` says otherwise."""
-    rest = {"near": None, "pdf": None, "place": None, "receiver": None, "arrival": None, **more}
+    names = ("near", "pdf", "place", "receiver", "arrival", "time")
+    rest = dict.fromkeys(names) | more
     return Crossing(start, direction, reach=reach, kinds=kinds, **rest)
 
 
@@ -76,8 +77,8 @@ def test_hulls_find_what_trying_every_lamp_finds(is_weighted):
             "near": rng.uniform(0, 0.5, reach.size).astype(F32),
         }
     rays = crossing(start, direction, reach, kinds, **more)
-    every = _meet_all(plan, rays)
-    found = _meet_by_hulls(plan, hulls, rays, Tally())
+    every = _meet_all(plan, rays, None)
+    found = _meet_by_hulls(plan, hulls, rays, Tally(), None)
     assert (every > 0).any(axis=0).mean() > 0.1
     np.testing.assert_allclose(found, every, rtol=1e-5, atol=1e-6)
 
@@ -95,7 +96,7 @@ def test_radiance_of_all_lamps_on_the_way_is_added_up():
 
     def seen(kinds, direction=up, **more):
         kinds = np.broadcast_to(np.array(kinds, np.uint8), 4)
-        return _meet_all(plan, crossing(start, direction, reach, kinds, **more))
+        return _meet_all(plan, crossing(start, direction, reach, kinds, **more), None)
 
     # The point lamp hides from the camera, the second area lamp from mirrors.
     disk, sun = 5 / (np.pi * 0.25), 2 / (np.pi * np.sin(0.05) ** 2)
@@ -121,6 +122,6 @@ def test_what_was_sampled_as_well_is_weighted_against_that():
     plan.light_samples = 4
     for place, split in ((0, 1), (-1, 4)):  # at first hits, lamps get all their samples
         places = np.full(3, place, np.int32)
-        found = _meet_all(plan, crossing(start, up, far, kinds, pdf=own, place=places))
+        found = _meet_all(plan, crossing(start, up, far, kinds, pdf=own, place=places), None)
         np.testing.assert_allclose(found[1], power_weight(own, pdf * split), rtol=1e-6)
     np.testing.assert_allclose(found[1, 2], 1)

@@ -1,9 +1,11 @@
 """transparent surfaces -> what passes them, as formulas say: mixtures, stacks, shadows, limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from penumbra.core import Link, Material, Node
+from penumbra.core import Link, Material, Node, compile_plan, render
 from tests.support import scenes as s
 from tests.support.statistics import assert_same_mean
 
@@ -129,6 +131,21 @@ def test_shadow_rays_pass_as_many_sheets_as_others(limit):
     below = s.orthographic((0, -0.3, 0.5), (0, 0, 0), size=4, scale=1e-3)
     found = s.pixels(below, *stack, *things, transparent_max_bounces=limit, max_bounces=0)
     assert (found[..., 1] > 0).all() == (limit >= 2)
+
+
+@pytest.mark.parametrize("spare", (0, 1))
+def test_paths_but_not_shadow_rays_may_pass_more_sheets_than_the_limit(spare):
+    stack = [sheet(clear(), 1 + 0.1 * n) for n in range(3)]
+    settings = replace(s.DEFAULTS, transparent_max_bounces=2, max_bounces=0)
+
+    def shown(view, *things):
+        scene = s.scene(view, *stack, *things, spare_passes=spare)
+        return render(compile_plan(scene, settings), threads=1).combined()[..., :3].mean((0, 1))
+
+    np.testing.assert_allclose(shown(VIEW, BACK), LIGHT * TINT**3 * spare, rtol=1e-5)
+    below = s.orthographic((0, -0.3, 0.5), (0, 0, 0), size=4, scale=1e-3)
+    things = s.put(s.quad((9, 0, 0), (0, 9, 0)), s.diffuse(0.8)), s.point((0, 0, 2), 10.0)
+    assert not shown(below, *things).any()
 
 
 @pytest.mark.parametrize("roughness", (0.0, 0.4))

@@ -178,19 +178,6 @@ def test_ways_that_are_not_finite_are_not_gone():
     np.testing.assert_array_equal(found.mesh.positions, PYRAMID)
 
 
-@pytest.mark.parametrize("at_rest", [True, False])
-def test_flat_faces_are_bent_from_where_they_were_or_as_they_lie(at_rest):
-    # A square raised by half of x: its slope is taken once, or upon the slope that it has by then
-    square = s.quad((4.0, 0.0, 0.0), (0.0, 4.0, 0.0))
-    inputs = {"Vector": Link(s.node("NewGeometry"), "Position"), "Vector_001": (0.5, 0.0, 0.0)}
-    dot = Link(Node("VectorMath", "", inputs, {"operation": "DOT_PRODUCT"}), "Value")
-    way = Link(s.node("CombineXYZ", X=0.0, Y=0.0, Z=dot), "Vector")
-    both = replace(material(way, "BOTH"), bump_softening="NONE", bump_at_rest=at_rest)
-    view = s.orthographic((0, 0, 9), size=1, scale=0.01)
-    light = s.pixels(view, s.put(square, both), s.sun(irradiance=np.pi), samples=4)
-    np.testing.assert_allclose(light[..., :3], 2 / np.sqrt(5) if at_rest else 0.6, rtol=2e-3)
-
-
 def test_an_unknown_method_is_refused_by_name():
     with pytest.raises(SceneError, match="Material 'Moving'.*'UP'"):
         material(raised(), "UP")
@@ -244,3 +231,44 @@ def test_what_moves_keeps_its_generated_coordinates_from_before_it_was_displaced
     here = replace(gone, motion=np.array([s.affine(), s.affine()]))
     picture = s.pixels(view, here, samples=4)
     np.testing.assert_allclose(picture[0, 0, :2], [0.25, 0.625], atol=0.01)
+
+
+@pytest.mark.parametrize("is_old", (False, True), ids=("as now", "as before Blender 5"))
+def test_bump_of_a_displaced_facet_begins_where_it_was_or_at_the_normal_that_it_has(is_old):
+    # A square that becomes a slope; it shows its normal
+    slope = 0.8
+    place = Link(Node("SeparateXYZ", "", {"Vector": Link(Node("NewGeometry"), "Position")}), "X")
+    ramp = Node("Math", "", {"Value": place, "Value_001": slope}, {"operation": "MULTIPLY"})
+    half = {"Vector_001": (0.5, 0.5, 0.5), "Vector_002": (0.5, 0.5, 0.5)}
+    inputs = {"Vector": Link(Node("NewGeometry"), "Normal"), **half}
+    normal = Link(Node("VectorMath", "", inputs, {"operation": "MULTIPLY_ADD"}), "Vector")
+    square = Mesh(
+        "Square",
+        np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]),
+        np.int32([[0, 1, 2], [0, 2, 3]]),
+    )
+    shown = Material(
+        "Shown",
+        Node("Emission", "", {"Color": normal, "Strength": 1.0}),
+        displacement=raised(Link(ramp, "Value")),
+        displacement_method="BOTH",
+        bump_at_rest=not is_old,
+    )
+    view = s.orthographic((0.3, 0.25, 5), (0.3, 0.25, 0), size=1, scale=0.01)
+    found = s.pixels(view, instance(square, shown), samples=4)[0, 0, :3] * 2 - 1
+
+    facet = np.array((-slope, 0, 1)) / np.hypot(slope, 1)
+    expected = facet
+    if is_old:
+        # Cycles 4.2: pixels on the facet as it is, of the mean width that they had where it was
+        x, y, z = facet
+        first = np.array((z - y, x - z, y - x))
+        first /= np.linalg.norm(first)
+        sides = first, np.cross(facet, first)
+        rest = [side * (1, 1, 0) for side in sides]
+        wide = np.mean([np.linalg.norm(way) for way in rest])
+        rises = [slope * side[0] * wide for side in sides]
+        across = np.cross(rest[1], facet), np.cross(facet, rest[0])
+        expected = facet * (rest[0] @ across[0]) - sum(map(np.multiply, across, rises))
+        expected /= np.linalg.norm(expected)
+    np.testing.assert_allclose(found, expected, atol=1e-3)

@@ -140,6 +140,17 @@ MEANING = (
         [("smooth reflection f82 film", WHITE, RED, None, 300, 1.4)],
     ),
     (
+        node(
+            "BsdfPrincipled",
+            {"films_metal": False},
+            Base_Color=RED,
+            Metallic=1.0,
+            Roughness=0.0,
+            Thin_Film_Thickness=300.0,
+        ),
+        [("smooth reflection f82", WHITE, RED, None)],
+    ),
+    (
         principled(Metallic=1.0, Roughness=0.5, Anisotropic=0.5),
         [("ggx anisotropic reflection f82", None, None, None, RED, None)],
     ),

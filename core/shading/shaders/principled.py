@@ -67,8 +67,9 @@ def principled(surface: Surface, node: Node, weight: Value) -> None:
         share = step(
             albedo.estimated_albedo_f82, rough.mean, rough.axis.cosine, clamped, kind=COLOUR
         )
-        optics = clamped, b, *film
-        metal = named("f82", film), weight * metallic, rough
+        over = film if graph.choice(node, "films_metal", True) else ()
+        optics = clamped, b, *over
+        metal = named("f82", over), weight * metallic, rough
         add_reflection(surface, *metal, *optics, importance=share, energy=energy)
         weight = weight * (1.0 - metallic)
 
