@@ -1,7 +1,8 @@
 """scene, settings -> picture.  The renderer itself; it knows nothing of Blender."""
 
+from .compile import compile_plan
 from .optics import Aperture, Eye, Panorama
-from .plan import Plan, compile_plan
+from .plan import Plan
 from .render import Picture, Progress, render
 from .scene import (
     Camera,

@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import F32
+from .compile import compile_plan
 from .geometry.mesh import bounds
 from .kept import Kept
-from .plan import Plan, compile_plan
+from .plan import Plan
 from .render import Picture, Progress, render
 from .sampling.patterns import PATTERNS
 from .scene import Camera, Cancelled, Note, Scene, SceneError

@@ -16,6 +16,7 @@ ORDER = (
     "core/scene.py",
     "core/settings.py",
     "core/plan.py",
+    "core/compile",
     "core/render.py",
     "core/camera/",
     "core/optics/",

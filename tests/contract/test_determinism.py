@@ -8,7 +8,7 @@ import pytest
 
 from penumbra.core import Cancelled, Settings, compile_plan, render
 from penumbra.core.batches import CHUNK
-from penumbra.core.plan import BOUNCING_BATCH
+from penumbra.core.compile import BOUNCING_BATCH
 from penumbra.core.statistics import STATISTICS
 from tests.support import scenes as s
 

@@ -31,6 +31,7 @@ LAYERS = (
     "film",
     "kept",
     "plan",
+    "compile",
     "transport",
     "batches",
     "render",

@@ -7,9 +7,10 @@ import pytest
 
 from penumbra.core.arrays import F32, normalize
 from penumbra.core.bsdf import CAMERA, GLOSSY, TRANSMISSION
+from penumbra.core.compile.light import compile_lamp_hulls
 from penumbra.core.geometry.mesh import bare_triangles
 from penumbra.core.lights import compile_lights
-from penumbra.core.plan import LampHulls, _compile_hulls
+from penumbra.core.plan import LampHulls
 from penumbra.core.scene import Lamp, RayKinds
 from penumbra.core.statistics import Tally
 from penumbra.core.transport.emission import Crossing, _meet_all, _meet_by_hulls
@@ -65,7 +66,7 @@ def test_hulls_find_what_trying_every_lamp_finds(is_weighted):
     rng = np.random.default_rng(7)
     plan = compiled(*lamps(60, rng))
     assert plan.lights.each == 0
-    hulls = _compile_hulls(plan.lights, 15, np.zeros(3), lambda: False)
+    hulls = compile_lamp_hulls(plan.lights, 15, np.zeros(3), lambda: False)
     assert isinstance(hulls, LampHulls)
     start, direction, reach = random_rays(rng)
     kinds = rng.choice(np.array([CAMERA, GLOSSY, GLOSSY | TRANSMISSION], np.uint8), reach.size)

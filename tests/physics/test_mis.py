@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from penumbra.core import Link, Material, Node, World
+from penumbra.core.compile.light import LAMPS_TRIED_EACH
 from penumbra.core.lights import SAMPLED_EACH
-from penumbra.core.plan import LAMPS_TRIED_EACH
 from penumbra.core.scene import RayKinds
 from penumbra.core.transport import direct, emission
 from tests.support import scenes as s

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from penumbra.core import Link, Node
-from penumbra.core import plan as plans
+from penumbra.core import compile as plans
+from penumbra.core.compile import materials
 from penumbra.core.images import ImageSource, store
 from penumbra.core.interactive import Asked, Renderer, coarser
 from penumbra.core.kept import KEEP_NOTHING, Kept
@@ -174,18 +175,19 @@ def made(monkeypatch):
     """The names of the expensive steps, as they are taken."""
     steps = []
 
-    def count(name):
-        original = getattr(plans, name)
+    def count(module, name):
+        original = getattr(module, name)
 
         def wrapped(*arguments, **more):
             steps.append(name)
             return original(*arguments, **more)
 
-        monkeypatch.setattr(plans, name, wrapped)
+        monkeypatch.setattr(module, name, wrapped)
 
-    count("displace")
-    for name in ("compile_triangles", "compile_accel", "compile_surface", "compile_lights"):
-        count(name)
+    for name in ("displace", "compile_surface"):
+        count(materials, name)
+    for name in ("compile_triangles", "compile_accel", "compile_lights"):
+        count(plans, name)
     return steps
 
 
