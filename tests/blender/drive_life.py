@@ -83,7 +83,7 @@ def drive(found):
 
     # F12 and Escape, while the viewport is rendered.
     scene = bpy.context.scene
-    scene.penumbra.samples = 1 << 20
+    scene.penumbra.samples, scene.penumbra.use_adaptive_sampling = 1 << 20, False
     scene.penumbra.preview_samples = 0
     scene.render.resolution_percentage = 25
     yield from w.press(w.F12)

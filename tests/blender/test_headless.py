@@ -36,6 +36,7 @@ def make_files(folder):
     penumbra.register()
     scene.render.engine = "PENUMBRA"
     scene.penumbra.samples = 2
+    scene.penumbra.use_adaptive_sampling = False  # renders that are to be interrupted do not end
     scene.frame_end = 3
     save("plain", compress=False)
     save("packed", compress=True)
