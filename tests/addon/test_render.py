@@ -173,7 +173,7 @@ def stopped(path, when):
     data = mesh("Big", [(-9, -9, 0), (9, -9, 0), (0, 9, 0)])
     data.materials.append(glowing())
     add("Big", data)
-    scene.penumbra.samples = 1 << 20
+    scene.penumbra.samples, scene.penumbra.use_adaptive_sampling = 1 << 20, False
     calls, updates = [], []
     seen = []
 
