@@ -122,9 +122,9 @@ UNIT_SPACE = (np.zeros(3), np.ones(3))
 # the scene begin with
 ACTIVE_UV, ACTIVE_COLOUR = ":uv", ":colour"
 POINTINESS, ISLAND = ":pointiness", ":island"
-# Attributes with a meaning: the way from a displaced vertex to where it was; whether faces are flat
-# though the mesh has normals of its corners
-REST, SHARP = ":rest", "sharp_face"
+# Attributes with a meaning: the way from a displaced vertex to where it was, and the normals that
+# corners had there; whether faces are flat though the mesh has normals of its corners
+REST, REST_NORMAL, SHARP = ":rest", ":rest normal", "sharp_face"
 PROPERTIES = {"OBJECT": ":object:", "INSTANCER": ":instancer:", "VIEW_LAYER": ":view layer:"}
 
 

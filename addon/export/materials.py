@@ -9,7 +9,6 @@ that show an image have its ImageSource under `image`, None if none is chosen; r
 have their values as a `table`; what makes colours of spectra says what the scene-linear space is.
 """
 
-import math
 import pathlib
 from collections import deque
 from collections.abc import Iterator
@@ -22,6 +21,7 @@ from .broken import broken_notes, is_endless
 from .curves import sample_curves, sample_ramp
 from .images import Images, configuration, working_space
 from .mapping import export_mapping
+from .sockets import constant, converted, finite, is_number, nothing, shining
 
 Path = tuple[bpy.types.Node, ...]  # the group nodes that one is inside of
 
@@ -40,7 +40,6 @@ _HELD = {
     "FunctionNodeInputVector": ("Vector", "vector"),
 }
 _INLINE = {"MATERIAL": "from_material", "WORLD": "from_world", "LIGHT": "from_light"}
-_CARRIERS = {"RGBA": ("RGB", "Color"), "VECTOR": ("CombineXYZ", "Vector")}
 
 
 def export_material(
@@ -178,17 +177,18 @@ class _Reader:
     def read(self, socket: bpy.types.NodeSocket, path: Path) -> Socket:
         """Return what an input receives: a constant, a Link, or None."""
         target = socket
-        default = _constant(target)
+        default = constant(target)
+        through: list[bpy.types.NodeSocket] = []  # outputs that hand on what an input of theirs has
         while True:
             source = self.source(socket)
             if source is None:
-                return default if socket == target else _carry(socket, target)
+                return default if socket == target else converted(socket, None, through, target)
             node = source.node
             socket = None
             if node.mute:
                 socket = _bypass(node, source)
                 if socket is not None and self.source(socket) is None:
-                    return _nothing(default)
+                    return nothing(default)
             elif node.bl_idname == "NodeReroute":
                 socket = node.inputs[0]
             elif node.bl_idname == "NodeGroupInput" and path:
@@ -201,12 +201,14 @@ class _Reader:
                 socket = _group_output(node, source.identifier)
                 path = (*path, node)
                 if socket is None and node.node_tree is not None:
-                    return _nothing(default)
+                    return nothing(default)
             else:
                 made = Link(self.node(node, path), source.identifier, default)
-                return _shining(made, node) if _is_number(source, target) else made
+                found = converted(source, made, through, target)
+                return shining(found, node.name) if is_number(source, target) else found
             if socket is None:
                 return default
+            through.append(source)
 
     def source(self, socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
         """Return the output that a link which counts brings to an input."""
@@ -237,52 +239,6 @@ class _Reader:
             self.nodes[key] = known
             self.unread.append((node, path, inputs))
         return known
-
-
-def _constant(socket: bpy.types.NodeSocket) -> Socket:
-    """Return the value of a socket that has no link."""
-    if socket.type in ("VALUE", "INT"):
-        return _finite(socket.default_value)
-    if socket.type in ("BOOLEAN", "STRING", "MENU"):
-        return socket.default_value
-    if socket.type == "RGBA" or (socket.type == "VECTOR" and not socket.hide_value):
-        x, y, z = (*map(_finite, socket.default_value), 0.0)[:3]
-        return (x, y, z)
-    return None
-
-
-def _finite(number: float) -> float:
-    """Return a number, 0 for what Blender made of constants that have no result, as 1 / 0."""
-    return float(number) if math.isfinite(number) else 0.0
-
-
-def _carry(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> Socket:
-    """Return an unlinked source's constant as `target` gets it: through a node if types differ."""
-    value = _constant(source)
-    if value is None or source.type == target.type:
-        return value
-    kind, output = _CARRIERS.get(source.type, ("Value", "Value"))
-    if kind == "CombineXYZ":
-        carrier = Node(kind, source.name, dict(zip("XYZ", value, strict=True)))
-    else:
-        carrier = Node(kind, source.name, properties={output: value})
-    return Link(carrier, output, _constant(target))
-
-
-def _nothing(default: Socket) -> Socket:
-    """Return what an input gets from where nothing is: 0, if it is a number."""
-    if isinstance(default, tuple):
-        return (0.0, 0.0, 0.0)
-    return 0.0 if isinstance(default, float) else default
-
-
-def _is_number(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> bool:
-    return target.type == "SHADER" and source.type not in ("SHADER", "CUSTOM")
-
-
-def _shining(number: Link, node: bpy.types.Node) -> Link:
-    """Return what a number is that feeds a shader: it shines."""
-    return Link(Node("Emission", node.name, {"Color": number, "Strength": 1.0}), "Emission")
 
 
 def _bypass(node: bpy.types.Node, output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
@@ -347,11 +303,11 @@ def _properties(node: bpy.types.Node, images: Images) -> Iterator[tuple[str, Any
         yield "config", configuration()
     if node.bl_idname in ("ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeNormal"):
         output = node.outputs[0]
-        yield output.identifier, _constant(output)
+        yield output.identifier, constant(output)
     if node.bl_idname in _HELD:
         output, name = _HELD[node.bl_idname]
         value = getattr(node, name)
-        yield output, tuple(map(_finite, value)) if name == "vector" else value
+        yield output, tuple(map(finite, value)) if name == "vector" else value
 
 
 def _ies_text(node: bpy.types.ShaderNodeTexIES) -> str | None:

@@ -6,13 +6,13 @@ get what Blender gives them, mostly zeros.
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Scalar, Vec
-from ..scene import ACTIVE_UV, Attribute, Instance, Mesh
+from ..scene import ACTIVE_UV, REST, REST_NORMAL, Attribute, Instance, Mesh
 from .mesh import Triangles, without_broken
 from .uv_tangents import around_sphere, corner_normals, uv_tangents
 
@@ -20,9 +20,11 @@ from .uv_tangents import around_sphere, corner_normals, uv_tangents
 # VECTOR   up to three numbers; FACTOR  their mean;
 # ALPHA    the fourth, 1 where there is none; OPACITY  the same, but 0 without the attribute;
 # FRAME    of a UV map: normal, tangent along u and the side of v, all of the object
+# REST_FRAME  the same of meshes as they were before they were displaced, and 1 where that counts
 # DENSITY  of a UV map: by how much it grows per metre, at least
 VECTOR, FACTOR, ALPHA, OPACITY, FRAME = "vector", "factor", "alpha", "opacity", "frame"
-DENSITY = "density"
+REST_FRAME, DENSITY = "frame at rest", "density"
+_FRAMES = {FRAME: 7, REST_FRAME: 8}
 Asked = tuple[str, str]
 CHUNK = 1 << 14  # triangles whose arithmetic stays in the caches
 
@@ -148,8 +150,8 @@ def _table(
             blocks.append(corners.reshape(len(corners), -1))
             known[key], end = end, end + len(corners)
         base[i], stride[i] = known[key] - first[i], 1
-    columns = blocks[0].shape[1] if blocks else 3 * (7 if output == FRAME else width)
-    columns = columns if output in (VECTOR, FRAME) else 3
+    columns = blocks[0].shape[1] if blocks else 3 * _FRAMES.get(output, width)
+    columns = columns if output == VECTOR or output in _FRAMES else 3
     rows = np.concatenate([np.full((1, columns), output == ALPHA, F32), *blocks])
     return Table(rows, base, None if stride[list(used)].all() else stride)
 
@@ -162,14 +164,36 @@ def _corners(mesh: Mesh, name: str, output: str, width: int) -> NDArray[np.float
             return None
         least = _least_growth(mesh, _spread(mesh, attribute)[..., :2])
         return np.broadcast_to(least[:, None, None], (len(least), 3, 1))
-    if output == FRAME:
+    if output in _FRAMES:
         if attribute is None and name != ACTIVE_UV:
             return None
-        uv = around_sphere(mesh) if attribute is None else _spread(mesh, attribute)[..., :2]
-        normals = corner_normals(mesh)
-        tangents, sign = uv_tangents(mesh, normals, uv)
-        return np.concatenate([normals, tangents, sign[..., None]], axis=2)
+        return _frames(mesh, attribute) if output == FRAME else _rest_frames(mesh, attribute)
     return None if attribute is None else _part(_spread(mesh, attribute), output, width)
+
+
+def _frames(mesh: Mesh, uv_map: Attribute | None) -> NDArray[np.float32]:
+    """Return normals, tangents and sides (F, 3, 7) of all corners."""
+    uv = around_sphere(mesh) if uv_map is None else _spread(mesh, uv_map)[..., :2]
+    normals = corner_normals(mesh)
+    tangents, sign = uv_tangents(mesh, normals, uv)
+    return np.concatenate([normals, tangents, sign[..., None]], axis=2)
+
+
+def _rest_frames(mesh: Mesh, uv_map: Attribute | None) -> NDArray[np.float32]:
+    """Return the same of a mesh as it was before it was displaced, and 1 where it is smooth.
+
+    Flat meshes have the normals that they have now.
+    """
+    rest, normals = mesh.attributes.get(REST), mesh.attributes.get(REST_NORMAL)
+    if rest is None:
+        now = np.zeros((len(mesh.triangles), 3, 1), F32)
+        return np.concatenate([_frames(mesh, uv_map), now], axis=2)
+    was = None if normals is None else normals.values
+    frames = _frames(replace(mesh, positions=mesh.positions + rest.values, normals=was), uv_map)
+    if was is None:
+        frames[..., :3] = corner_normals(mesh)
+    is_smooth = np.full((len(mesh.triangles), 3, 1), was is not None, F32)
+    return np.concatenate([frames, is_smooth], axis=2)
 
 
 def _least_growth(mesh: Mesh, uv: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -106,7 +106,7 @@ def asked_by(order: tuple[Value, ...]) -> Iterator[Asked]:
     """Yield what steps ask meshes for."""
     for item in order:
         function, static = reader(item)
-        if function in (attribute, along_u, footprint, framed, in_frame):
+        if function in (attribute, along_u, footprint, framed, framed_at_rest, in_frame):
             yield static[0]
 
 
@@ -118,7 +118,30 @@ def framed(context: Context, local: Array, asked: Asked) -> Vec:
     found = context.attribute(asked)
     if found is None:
         return context.normal
-    normal, tangent, side = found[:3], found[3:6], found[6]
+    return _along(context, normalize(found[:3].copy()), found[3:7], local)
+
+
+def framed_at_rest(
+    context: Context, local: Array, strong: Array, strength: Array, asked: Asked
+) -> Vec:
+    """Return the same of a mesh as it was before it was displaced.
+
+    There the frame is not that of the shading normal, with which vectors `local` are mixed by
+    `strength`; elsewhere it is `strong` that counts, vectors of that strength.
+    """
+    found = context.attribute(asked)
+    if found is None:
+        return context.normal
+    was = found[7] > F32(0.5)
+    normal = np.where(was, found[:3], normalize(found[:3].copy()))
+    bent = _along(context, normal, found[3:7], np.where(was, local, strong))
+    mixed = context.normal + (bent - context.normal) * np.maximum(strength, F32(0))
+    mixed = np.where(was, normalize(mixed), bent)
+    return np.where(dot(mixed, mixed) > F32(0.5), mixed, context.normal)
+
+
+def _along(context: Context, normal: Vec, along_map: Vec, local: Array) -> Vec:
+    tangent, side = along_map[:3], along_map[3]
     vector = cross(normal, tangent)
     vector *= side * local[1]
     vector += tangent * local[0]

@@ -18,9 +18,11 @@ from ..geometry.attributes import compile_attributes
 from ..geometry.mesh import OFFSET, Triangles, compile_triangles, without_broken
 from ..geometry.spaces import compile_spaces
 from ..geometry.surface import Points
+from ..geometry.uv_tangents import corner_normals
 from ..scene import (
     FARTHEST,
     REST,
+    REST_NORMAL,
     SHARP,
     Attribute,
     Cancelled,
@@ -33,7 +35,7 @@ from ..scene import (
 )
 from .attributes import asked_by
 from .context import Arrival, Context, Place
-from .graph import Graph, Library, output_of
+from .graph import Graph, Library, links_below, output_of
 from .nodes import NODES
 from .program import merge
 from .values import Value, walk
@@ -91,8 +93,7 @@ def _ways(instances: Sequence[Instance], library: Library, notes: list[Note]) ->
         root = output_of(material)
         graph = Graph(f"Material '{material.name}'", NODES, library, root)
         graph.material_index = material.index
-        way = graph.vector(root, "Displacement")
-        assert way is not None
+        way = graph.whole(root, "Displacement")
         ways[id(material)] = way
         notes += graph.notes
     return ways
@@ -156,19 +157,19 @@ def _displaced(
             local = back @ np.where(is_sound, moved, 0).astype(np.float64)
             position[vertices.take(some)] += local.T.astype(position.dtype)
 
-    # Blender makes the normals of a mesh with one user in the world
-    linear = instance.to_world[:, :3] if len(group.members) == 1 else np.eye(3)
     methods = np.array([_method(material, ways) for material in group.materials])
     of_triangles = methods.take(triangles.ids[:, 0])
-    rest = Attribute("POINT", (mesh.positions - position).astype(F32))
+    rest = {REST: Attribute("POINT", (mesh.positions - position).astype(F32))}
+    if mesh.normals is not None and any(map(_asks_for_normals, group.materials)):
+        rest[REST_NORMAL] = Attribute("CORNER", corner_normals(mesh))
     deformation = mesh.deformation
     if deformation is not None:
-        deformation = _deformed(mesh, deformation, position, of_triangles, linear)
+        deformation = _deformed(mesh, deformation, position, of_triangles)
     return replace(
         mesh,
         positions=position,
-        normals=_normals_after(mesh, position, of_triangles, linear),
-        attributes={**mesh.attributes, REST: rest},
+        normals=_normals_after(mesh, position, of_triangles),
+        attributes={**mesh.attributes, **rest},
         deformation=deformation,
     )
 
@@ -178,7 +179,6 @@ def _deformed(
     deformation: Deformation,
     position: NDArray[np.floating],
     method: NDArray[np.int_],
-    linear: NDArray[np.float64],
 ) -> Deformation:
     """Return a deformation whose vertices are always displaced as the mesh's are (Cycles)."""
     after = deformation.positions + (position - mesh.positions)
@@ -188,7 +188,7 @@ def _deformed(
     for step, (before, there) in enumerate(zip(deformation.positions, after, strict=True)):
         old = mesh.normals if deformation.normals is None else deformation.normals[step]
         shape = replace(mesh, positions=before, normals=old)
-        normals.append(_normals_after(shape, there, method, linear))
+        normals.append(_normals_after(shape, there, method))
     return Deformation(after, np.stack([each for each in normals if each is not None]))
 
 
@@ -200,6 +200,14 @@ def _method(material: Material | None, ways: dict[int, Value]) -> int:
     if material is None or id(material) not in ways:
         return AS_OTHERS
     return KEPT if material.bumps else RENEWED
+
+
+def _asks_for_normals(material: Material | None) -> bool:
+    """Tell whether normal maps of a material lie on the surface as it was."""
+    return material is not None and any(
+        link.node.kind == "NormalMap" and link.node.properties.get("base") == "ORIGINAL"
+        for link in links_below(output_of(material))
+    )
 
 
 def _points(triangles: Triangles, vertex: Ids, triangle: Ids, corner: Index) -> Points:
@@ -243,12 +251,10 @@ def _normals_after(
     mesh: Mesh,
     position: NDArray[np.floating],
     method: NDArray[np.int_],
-    linear: NDArray[np.float64],
 ) -> NDArray[np.float32] | None:
     """Return the normals of a mesh whose vertices are now at `position` (V, 3).
 
-    method (F,): AS_OTHERS ... KEPT of the triangles; linear (3, 3): to the space in which normals
-    are made.
+    method (F,): AS_OTHERS ... KEPT of the triangles.  Normals are made in the object's space.
     """
     if mesh.normals is None:
         return None
@@ -257,16 +263,11 @@ def _normals_after(
     if not is_of_corners and not renews.any():
         return mesh.normals
 
-    # There and back: normals go by the inverse transposed, and are turned out where it mirrors
-    sign = np.sign(np.linalg.det(linear)) or 1.0
-    there = sign * np.cross(linear[[1, 2, 0]], linear[[2, 0, 1]]).T
-
     def made(at: NDArray[np.floating], some: NDArray[np.bool_]) -> NDArray[np.float64]:
-        faces = _faces(mesh, at @ linear.T) * sign
-        return _unit(_summed(mesh, np.where(some[:, None], faces, 0)[:, None]))
+        return _unit(_summed(mesh, np.where(some[:, None], _faces(mesh, at), 0)[:, None]))
 
     if not is_of_corners:
-        new = _unit(made(position, renews) @ linear)
+        new = made(position, renews)
         touched = np.unique(mesh.triangles[renews])
         normals = mesh.normals.copy()
         normals[touched] = new[touched]
@@ -275,8 +276,7 @@ def _normals_after(
     # Corners turn by as much as their vertices; flat triangles have their own again
     every = np.ones(len(mesh.triangles), bool)
     turn = made(position, every) - made(mesh.positions, every)
-    old = _unit(mesh.normals.astype(np.float64) @ there)
-    new = _unit(_unit(old + turn.take(mesh.triangles, axis=0)) @ linear)
+    new = _unit(mesh.normals.astype(np.float64) + turn.take(mesh.triangles, axis=0))
     sharp = mesh.attributes.get(SHARP)
     if sharp is not None:
         flat = np.flatnonzero(sharp.values[:, 0])

@@ -106,7 +106,10 @@ class Graph:
         """Return the vector at an input; None where nothing feeds it and there is no default."""
         found = node.inputs.get(socket, default)
         if isinstance(found, Link):
-            return widened(self._at(node, socket, found.default or (0, 0, 0), VECTOR), VECTOR)
+            made = self._linked(node, socket, found)
+            if made is not None:
+                return widened(made, VECTOR)
+            found = found.default
         if found is None:
             found = default
         return None if found is None else widened(self._plain(node, socket, found, VECTOR), VECTOR)
@@ -122,8 +125,9 @@ class Graph:
         return socket in node.inputs
 
     def is_linked(self, node: Node, socket: str) -> bool:
-        """Whether something feeds an input."""
-        return isinstance(node.inputs.get(socket), Link)
+        """Whether something that is known feeds an input."""
+        found = node.inputs.get(socket)
+        return isinstance(found, Link) and self._linked(node, socket, found) is not None
 
     @cached_property
     def _used(self) -> frozenset[tuple[int, str]]:
@@ -147,15 +151,21 @@ class Graph:
     def _at(self, node: Node, socket: str, default: Socket, kind: str) -> Value:
         found = node.inputs.get(socket, default)
         if isinstance(found, Link):
-            made = self._output(found)
+            made = self._linked(node, socket, found)
             if made is not None:
                 return made
-            self.note(
-                f"{title(found.node)} feeding {socket} of {title(node)} is replaced by the "
-                "input's own value"
-            )
             found = found.default
         return self._plain(node, socket, default if found is None else found, kind)
+
+    def _linked(self, node: Node, socket: str, link: Link) -> Value | None:
+        """Return what a link brings to an input, None and a note if its node is not known."""
+        made = self._output(link)
+        if made is None:
+            self.note(
+                f"{title(link.node)} feeding {socket} of {title(node)} is replaced by the "
+                "input's own value"
+            )
+        return made
 
     def _plain(self, node: Node, socket: str, found: Socket, kind: str) -> Value:
         is_many = isinstance(found, (tuple, list))

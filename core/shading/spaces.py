@@ -1,6 +1,6 @@
 """program steps -> verdict.  Which of them read the objects that were hit."""
 
-from .attributes import along_u, framed, in_frame
+from .attributes import along_u, framed, framed_at_rest, in_frame
 from .nodes.coordinates import (
     generated,
     instancer_fact,
@@ -25,6 +25,7 @@ READS_SPACES = frozenset(
         displaced_in_object,
         fact,
         framed,
+        framed_at_rest,
         generated,
         in_frame,
         instancer_fact,

@@ -66,8 +66,7 @@ def _write_aovs(surface: Surface, material: Material) -> None:
 
 def _displaced(graph: Graph, output: Node, material: Material) -> Value | None:
     """Return the shading normal of a surface that is displaced along its normal."""
-    way = graph.vector(output, "Displacement")
-    assert way is not None
+    way = graph.whole(output, "Displacement")
     height = step(dot, way, NORMAL, kind=FLOAT)
     if way.is_constant:
         return None

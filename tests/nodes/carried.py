@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 from carried_rows import FAMILIES
 
+LATER = {"base", "convention"}  # choices that Blender 4.2 does not offer
 TILE, SIDE, OFFSET = 24, 0.4, 8.0  # pixels, metres, added so that the light is positive
 
 
@@ -38,6 +39,8 @@ def render(family, folder):
         tree = with_nodes(material)
         node = plant(tree, kind, properties, inputs, pictures)
         show(tree, next(socket for socket in node.outputs if socket.identifier == output))
+        if shape.endswith("displaced"):
+            displace(material)
     camera = bpy.data.cameras.new("Camera")
     camera.type, camera.ortho_scale = "ORTHO", max(across, down) * SIDE
     scene.camera = bpy.data.objects.new("Camera", camera)
@@ -90,18 +93,32 @@ def put(shape, k, at):
         faces = [face[::-1] for face in faces]
     mesh = bpy.data.meshes.new(f"Mesh {k}")
     mesh.from_pydata(points, [], faces)
-    mesh.polygons.foreach_set("use_smooth", [shape.startswith("smooth")] * len(faces))
-    if shape != "bare":
+    is_smooth = [shape.startswith(("smooth", "sharp"))] * len(faces)
+    is_smooth[-1] &= not shape.startswith("sharp")
+    mesh.polygons.foreach_set("use_smooth", is_smooth)
+    if not shape.endswith("bare"):
         carry(mesh)
     thing = bpy.data.objects.new(f"Tile {k}", mesh)
     thing.location = at
     if shape not in ("plain", "ngon"):
         thing.rotation_euler = (0.2, -0.15, 0.5)
-        thing.scale = (-0.8, 0.7, 0.5) if shape == "mirrored" else (0.8, 0.7, 0.5)
+        thing.scale = (-0.8, 0.7, 0.5) if "mirrored" in shape else (0.8, 0.7, 0.5)
+        if "displaced" in shape:  # Cycles does not carry their normals before it mixes them
+            thing.scale = (-0.7 if "mirrored" in shape else 0.7, 0.7, 0.7)
     thing.color = (0.2, 0.5, 0.7, 0.6)
     thing["own"], thing["own 3"], thing.data["own 4"] = 0.7, (0.2, 0.6, 0.9), (0.4, 0.3, 0.2, 0.1)
     bpy.context.scene.collection.objects.link(thing)
     return thing
+
+
+def displace(material):
+    """Let a material displace its mesh, by a number that vertices carry."""
+    tree = material.node_tree
+    node = add(tree, "Displacement", _carried(tree, {}), space="OBJECT")
+    node.inputs["Scale"].default_value = 0.2
+    end = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
+    tree.links.new(node.outputs[0], end.inputs["Displacement"])
+    material.displacement_method = "DISPLACEMENT"
 
 
 def carry(mesh):
@@ -193,6 +210,8 @@ def plant(tree, kind, properties, inputs, pictures):
     properties = dict(properties)
     legacy, both = properties.pop("legacy", None), properties.pop("both", False)
     for name, value in properties.items():
+        if name in LATER and not hasattr(node, name):
+            continue
         setattr(node, name, pictures[value] if name == "image" else value)
     if properties.get("image") == "sequence":
         user = node.image_user

@@ -90,7 +90,14 @@ def normals():
         for space in ("TANGENT", "OBJECT"):
             how = {"space": space, "Color": "P", "Strength": strength}
             rows[f"map {space} {strength}"] = row("NormalMap", "Normal", "smooth", **how)
-    for shape in ("bent", "smooth", "mirrored", "plain", "behind", "smooth behind"):
+    for shape in ("displaced", "smooth displaced", "sharp displaced", "smooth mirrored displaced"):
+        for base in ("ORIGINAL", "DISPLACED"):
+            for strength in (0.4, 1.0, 1.7):
+                how = {"base": base, "Color": "P", "Strength": strength}
+                rows[f"map {base} {strength} {shape}"] = row("NormalMap", "Normal", shape, **how)
+    rows["map ORIGINAL"] = row("NormalMap", "Normal", "smooth", base="ORIGINAL", Color="P")
+    for shape in ("bent", "smooth", "mirrored", "plain", "bare", "smooth bare", "behind",
+                  "smooth behind", "ngon"):  # fmt: skip
         how = {"space": "TANGENT", "Vector": "P", "Midlevel": 0.2, "Scale": 1.7}
         rows[f"displacement {shape}"] = row("VectorDisplacement", "Displacement", shape, **how)
     for convention in ("OPENGL", "DIRECTX"):

@@ -60,7 +60,7 @@ def numbers() -> list[Row]:
         for low, high in ((-0.2, 0.4), (0.4, -0.2)):
             inputs = {"Value": "a", "Min": low, "Max": high}
             rows.append(Row("math", "Clamp", "Result", inputs, {"clamp_type": kind}))
-    return rows + ranges() + vector_maths()
+    return rows + ranges() + vector_maths() + links()
 
 
 def ranges() -> list[Row]:
@@ -112,9 +112,30 @@ def vector_maths() -> list[Row]:
             rows.append(Row("vector", "VectorRotate", "Vector", inputs, choice))
     zero = {"Vector": "A", "Center": (0.1, 0.2, 0.3), "Axis": (0, 0, 0), "Angle": "a"}
     rows.append(Row("vector", "VectorRotate", "Vector", zero, {"rotation_type": "AXIS_ANGLE"}))
+    return rows
+
+
+def links() -> list[Row]:
+    """Return rows of links: what becomes of numbers on their way, and of inputs without one."""
+    rows = []
     for source, target in (("A", "Value"), ("P", "Value"), ("a", "Vector")):
         kind, output = ("Math", "Value") if target == "Value" else ("VectorMath", "Vector")
         rows.append(Row("links", kind, output, {target: source}, {"operation": "ABSOLUTE"}))
+    ways = ("Float Float", "Color Vector", "Vector Color", "Float Color", "Vector Vector")
+    others = ("reroute", "muted", "value Float", "value Vector", "value Color", "unavailable")
+    for way in (*(f"group {way}" for way in ways), *others):
+        for source in "APa":
+            setup = f"through {source} {way}"
+            number, vector = {"Value": -0.7}, {"Vector": (0.3, 0.8, -0.2)}
+            rows.append(Row("links", "Math", "Value", number, {"operation": "SIGN"}, setup=setup))
+            choice = {"operation": "ABSOLUTE"}
+            rows.append(Row("links", "VectorMath", "Vector", vector, choice, setup=setup))
+            rows.append(Row("links", "RGBToBW", "Val", {"Color": (0.3, 0.8, 0.2)}, setup=setup))
+            rows.append(Row("links", "LayerWeight", "Facing", {"Blend": 0.3}, setup=setup))
+    for kind in ("AXIS_ANGLE", "EULER_XYZ"):
+        hidden = {"Vector": (0.3, 0.8, -0.2), "Angle": "a", "Rotation": "A"}
+        rows.append(Row("links", "VectorRotate", "Vector", hidden, {"rotation_type": kind}))
+    rows.append(Row("links", "TexWhiteNoise", "Color", {"Vector": (0.3, 0.8, -0.2)}))
     return rows
 
 
@@ -293,6 +314,8 @@ def others() -> list[Row]:
         rows.append(Row("zone", "Value", "Value", setup=kind))
     for kind, output in UNKNOWN:
         rows.append(Row("unknown", kind, output))
+    for kind, output in (("TexGradient", "Fac"), ("Fresnel", "Fac"), ("TexImage", "Alpha")):
+        rows.append(Row("object", kind, output, thing="tilted", setup="through p unknown"))
     return rows
 
 

@@ -86,7 +86,6 @@ CHOICES_LEFT_OUT: dict[tuple[str, str], tuple[set[str], str]] = {
     ("GeometryNodeMenuSwitch", "data_type"): ({"*"}, FREE),
     ("GeometryNodeMenuSwitch", "outputs"): ({"__extend__"}, "a place for new ones"),
     ("Raycast", "outputs"): ({"__extend__"}, "a place for new ones"),
-    ("NormalMap", "base"): ({"ORIGINAL"}, "normals before true displacement: not told apart yet"),
     ("TexSky", "sky_type"): ({"HOSEK_WILKIE"}, "drawn as Preetham's: the report says so"),
     ("OutputMaterial", "target"): ({"*"}, "who sees an output"),
     ("OutputWorld", "target"): ({"*"}, "who sees an output"),

@@ -22,11 +22,22 @@ KNOWN: dict[str, str] = {
     "map TANGENT bare": "without a UV map one triangle has the opposite tangent: not explained yet",
     "tangent bare": "the same",
     "map TANGENT ngon": "tangents of a face of five corners are degrees off: not explained yet",
+    "displacement bare": "the tangents without a UV map, as above",
+    "displacement smooth bare": "the same",
+    "displacement ngon": "the tangents of a face of five corners, as above",
 }
 OLD = {
     "tiles box wide": "before Blender 5, box projection repeated the first tile everywhere",
     "tiles box tiles": "the same",
 }
+REST_TANGENTS = "before Blender 5, tangents are those of the mesh before it was displaced"
+for shape in ("", "smooth ", "smooth mirrored "):
+    for strength in (0.4, 1.0, 1.7):
+        for base in ("ORIGINAL", "DISPLACED"):
+            OLD[f"map {base} {strength} {shape}displaced"] = REST_TANGENTS
+            OLD[f"map {base} {strength} sharp displaced"] = (
+                "and flat faces among smooth ones differ"
+            )
 if BLENDER < (5, 0):
     KNOWN |= OLD
 

@@ -4,16 +4,7 @@ The first graphs of `sampler`, all in one picture; `python -m penumbra.tests.nod
 long form, which finds what differs and cuts it down.
 """
 
-from importlib.metadata import PackageNotFoundError, version
-
-try:
-    IS_OLD = int(version("bpy").split(".")[0]) < 5
-except PackageNotFoundError:
-    IS_OLD = False  # the fixture skips
-
 COUNT = 49  # seven by seven
-# Graphs that differ: before Blender 5, links through a group become of its sockets' types
-KNOWN = {43, 45} if IS_OLD else set()
 
 
 def render(folder):
@@ -28,4 +19,4 @@ def render(folder):
 def test_random_graphs_have_the_numbers_of_cycles(blender, tmp_path):
     shares, most, shown = blender(render, tmp_path)
     assert shown > 0.1  # some graphs vary over their tile
-    assert {seed for seed, share in enumerate(shares) if share > most} == KNOWN
+    assert {seed for seed, share in enumerate(shares) if share > most} == set()

@@ -105,6 +105,47 @@ def _ies(tree, node, field, kind, shape):
     return node.outputs[0]
 
 
+def _through(tree, node, field, name, how, *types):
+    """Let a field, or a socket's own value, come to a node in a way that is not a plain link."""
+    target = node.inputs.get("Normal") or node.inputs[0]
+    source = field(name)
+    if how in ("group", "value"):
+        made = tree.nodes.new("ShaderNodeGroup")
+        made.node_tree = group = bpy.data.node_groups.new("Through", "ShaderNodeTree")
+        for way, kind in (("INPUT", types[0]), ("OUTPUT", types[-1])):
+            group.interface.new_socket(way, in_out=way, socket_type=f"NodeSocket{kind}")
+        group.interface.items_tree["INPUT"].hide_value = how == "value" and types[0] == "Vector"
+        start, end = (group.nodes.new(f"NodeGroup{k}") for k in ("Input", "Output"))
+        group.links.new(start.outputs[0], end.inputs[0])
+        if how == "value":
+            value = {"Float": 0.6, "Vector": (-0.2, 0.5, 0.9), "Color": (0.2, 0.5, 0.9, 1)}
+            made.inputs[0].default_value = value[types[0]]
+        else:
+            tree.links.new(source, made.inputs[0])
+    elif how == "reroute":
+        made = tree.nodes.new("NodeReroute")
+        tree.links.new(source, made.inputs[0])
+    elif how == "muted":
+        made = tree.nodes.new("ShaderNodeInvert")
+        made.mute = True
+        tree.links.new(source, made.inputs["Color"])
+    elif how == "unknown":
+        made = tree.nodes.new("ShaderNodeSqueeze")
+        tree.links.new(source, made.inputs[0])
+    elif how == "unavailable":  # an output that the node has not any more
+        made = tree.nodes.new("ShaderNodeMapRange")
+        tree.links.new(source, made.inputs[0])
+        tree.links.new(made.outputs[0], target)
+        made.data_type = "FLOAT_VECTOR"
+        return _last(node)
+    tree.links.new(made.outputs[0], target)
+    return _last(node)
+
+
+def _last(node):
+    return [output for output in node.outputs if output.enabled][-1]
+
+
 SETUPS = {
     "bundle": _bundle,
     "closure": _closure,
@@ -112,4 +153,5 @@ SETUPS = {
     "ies": _ies,
     "menu": _menu,
     "repeat": _repeat,
+    "through": _through,
 }

@@ -152,6 +152,7 @@ def _rows():
     bent = {"Distortion": 2.5, "Detail": 3.5, "Detail Scale": 1.7, "Detail Roughness": 0.6}
     rows["wave bent"] = Row("TexWave", "Fac", {}, {**bent, "Phase Offset": 1.2})
     varying = {"Distortion": ("x", 3.0), "Detail": ("y", 4.0), "Phase Offset": ("x", 9.0)}
+    rows["wave little"] = Row("TexWave", "Fac", {}, {**bent, "Detail": -0.4})
     rows["wave varying"] = Row("TexWave", "Fac", {}, varying)
 
     for depth in range(11):

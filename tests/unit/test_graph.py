@@ -171,7 +171,9 @@ def test_an_unknown_node_without_a_value_gives_the_default_of_the_node_that_asks
     one = node(A=linked("TexStrange"))
     assert seen(graph.number(one, "A", 1.25)) == (1.25,)
     assert seen(graph.colour(one, "A")) == (1.0, 1.0, 1.0)
-    assert seen(graph.vector(one, "A")) == (0.0, 0.0, 0.0)
+    assert seen(graph.vector(one, "A", (1.0, 2.0, 3.0))) == (1.0, 2.0, 3.0)
+    assert graph.vector(one, "A") is None
+    assert not graph.is_linked(one, "A")
     assert len(notes(graph)) == 1
 
 

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 
 from penumbra.core import Link, Node
-from tests.support.nodes import GIVEN, of
+from penumbra.core.shading.nodes import vectors as vector_nodes
+from tests.support.nodes import GIVEN, POSITION, of
 from tests.support.points import context, points, seen_from, vectors
+
+SWAPPED = Link(Node("CombineXYZ", "", dict(zip("XYZ", GIVEN[::-1], strict=True))), "Vector")
 
 # --- Math ---------------------------------------------------------------------------------------
 
@@ -116,13 +119,42 @@ def test_math_is_the_formula_also_where_that_is_not_defined(operation):
 
 @pytest.mark.parametrize("operation", FORMULAS)
 def test_math_is_finite_for_numbers_of_many_sizes(operation):
-    sizes = (0.0, 1e-19, 1.0, 50.0, 1e3, 1e19)
-    sizes = np.array([*sizes, *(-x for x in sizes)])
-    numbers = np.stack([each.ravel() for each in np.meshgrid(sizes, sizes, (0.0, 1e19))])
-    at = context(points(vectors((0, 0, 1)).repeat(numbers.shape[1], axis=1), position=numbers))
     with np.errstate(all="ignore"):
-        found = of(math_node(operation, GIVEN), "Value", at)
+        found = of(math_node(operation, GIVEN), "Value", many_sizes())
     assert np.isfinite(found).all()
+
+
+def many_sizes():
+    """Return a context whose points have coordinates up to the largest that nodes give."""
+    sizes = (0.0, 1e-19, 1.0, 50.0, 1e3, 1e19, 1e30)
+    sizes = np.array([*sizes, *(-x for x in sizes)])
+    numbers = np.stack([each.ravel() for each in np.meshgrid(sizes, sizes, (0.0, 1e19, 1e30))])
+    normals = vectors((0, 0, 1)).repeat(numbers.shape[1], axis=1)
+    return context(points(normals, position=numbers))
+
+
+@pytest.mark.parametrize("operation", vector_nodes.VECTOR_MATH)
+def test_vector_math_is_finite_for_numbers_of_many_sizes(operation):
+    inputs = {"Vector": POSITION, "Vector_001": SWAPPED, "Vector_002": POSITION, "Scale": GIVEN[0]}
+    node = Node("VectorMath", "", inputs, {"operation": operation})
+    with np.errstate(all="ignore"):
+        if operation in vector_nodes.NUMBERS:
+            found = of(node, "Value", many_sizes())
+        else:
+            found = of(node, "Vector", many_sizes(), "whole")
+    assert np.isfinite(found).all()
+
+
+@pytest.mark.parametrize("is_extended", [False, True])
+def test_curves_are_finite_for_numbers_of_many_sizes(is_extended):
+    table = np.float32([[0.1, 0.9, 0.3]] * 3)
+    choices = {"table": table, "span": (-1.0, 1.0), "is_extended": is_extended}
+    node = Node("VectorCurve", "", {"Vector": POSITION, "Fac": GIVEN[1]}, choices)
+    with np.errstate(all="ignore"):
+        found = of(node, "Vector", many_sizes(), "whole")
+        grey = of(node, "Vector", many_sizes())
+    assert np.isfinite(found).all()
+    assert np.isfinite(grey).all()
 
 
 def test_math_makes_no_warnings_where_it_is_defined_by_zero():

@@ -1,7 +1,7 @@
 """arrays -> arrays.  Arithmetic that is defined everywhere, as Blender defines it.
 
-What a function has no value for is 0; what is beyond float32 is the largest float32.
-Source: what Cycles' Math nodes return, number by number.
+What a function has no value for is 0.  Products end at 1e30, far below the largest float32, so that
+sums of them are finite.  Source: what Cycles' Math nodes return, number by number.
 """
 
 import numpy as np
@@ -10,11 +10,11 @@ from ...arrays import F32
 from ..values import Array
 
 ZERO, ONE, TWO = F32(0), F32(1), F32(2)
-LARGEST = np.finfo(F32).max
+LARGEST = F32(1e30)
 
 
 def limited(x: Array) -> Array:
-    """Return numbers without infinities."""
+    """Return numbers none of which is beyond the largest."""
     return np.clip(x, -LARGEST, LARGEST)
 
 
@@ -71,23 +71,23 @@ def modulo(a: Array, b: Array) -> Array:
 
 def floored_modulo(a: Array, b: Array) -> Array:
     """Return the rest of a / b with the sign of b."""
-    return np.where(b != 0, a - np.floor(a / nonzero(b)) * b, ZERO)
+    return np.where(b != 0, a - multiply(np.floor(divide(a, b)), b), ZERO)
 
 
 def wrap(a: Array, high: Array, low: Array) -> Array:
     """Return a brought into [low, high) by whole steps."""
     span = high - low
-    return np.where(span != 0, a - span * np.floor((a - low) / nonzero(span)), low)
+    return np.where(span != 0, a - multiply(span, np.floor(divide(a - low, span))), low)
 
 
 def snap(a: Array, b: Array) -> Array:
     """Return the multiple of b below a."""
-    return np.floor(divide(a, b)) * b
+    return multiply(np.floor(divide(a, b)), b)
 
 
 def pingpong(a: Array, b: Array) -> Array:
     """Return a mirrored again and again into [0, b]."""
-    part = (a - b) / (nonzero(b) * TWO)
+    part = divide(a - b, b * TWO)
     return np.where(b != 0, np.abs((part - np.floor(part)) * b * TWO - b), ZERO)
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ...arrays import F32, Vec, dot, normalize
-from ...geometry.attributes import FRAME
+from ...geometry.attributes import FRAME, REST_FRAME
 from ...scene import ACTIVE_UV, Node
-from ..attributes import framed, in_frame, uv_map
+from ..attributes import framed, framed_at_rest, in_frame, uv_map
 from ..context import Context
 from ..graph import Graph, NodeFunction
 from ..inputs import NORMAL
@@ -21,6 +21,10 @@ def _normal_map(graph: Graph, node: Node, output: str) -> Value:
     is_flipped = graph.choice(node, "convention", "OPENGL") == "DIRECTX"
     if space == "TANGENT":
         local = step(_strengthened, colour, strength, static=(is_flipped,), kind=VECTOR)
+        if graph.choice(node, "base", "DISPLACED") == "ORIGINAL":
+            plain = step(_decoded, colour, static=(is_flipped,), kind=VECTOR)
+            asked = uv_map(node), REST_FRAME
+            return read(framed_at_rest, plain, local, strength, static=(asked,), kind=VECTOR)
         return read(framed, local, static=((uv_map(node), FRAME),), kind=VECTOR)
     where = _OBJECT if space.endswith("OBJECT") else _WORLD
     static = is_flipped, space.startswith("BLENDER")

@@ -13,7 +13,9 @@ from ...arrays import F32
 from ...scene import Node
 from ..graph import Graph
 from ..values import COLOUR, FLOAT, VECTOR, Array, Value, step
-from .arithmetic import ONE, ZERO
+from .arithmetic import ONE, ZERO, limited, multiply
+
+FAR = F32(1e30)  # where curves end that go on
 
 
 class Table:
@@ -39,17 +41,17 @@ class Table:
         return hash(self._key)
 
     def at(self, x: Array, row: int | slice = slice(None)) -> Array:
-        """Return what one row (N,), or all of them (R, N), have at x (N,)."""
+        """Return what one row (N,), or all of them (R, N), have at x (N,), always finite."""
         x = (x - self.low) * self.scale
-        if not self.is_extended:
-            x = np.clip(x, ZERO, ONE)
+        x = np.clip(x, -FAR, FAR) if self.is_extended else np.clip(x, ZERO, ONE)
         last = self.values.shape[1] - 1
         x = x * F32(last)
         if self.is_stepped:
             return self.values[row].take(np.clip(x, ZERO, F32(last)).astype(np.int32), axis=-1)
         below = np.clip(x, ZERO, F32(last - 1)).astype(np.int32)
         part = x - below.astype(F32)
-        return self.values[row].take(below, axis=-1) + self.rise[row].take(below, axis=-1) * part
+        value = self.values[row].take(below, axis=-1) + self.rise[row].take(below, axis=-1) * part
+        return limited(value) if self.is_extended else value
 
 
 def _ramp(graph: Graph, node: Node, output: str) -> Value | None:
@@ -88,12 +90,16 @@ def _curves(socket: str, factor: str, kind: str) -> Callable[[Graph, Node, str],
 
 
 def _bent(x: Array, share: Array, table: Table) -> Array:
-    return (ONE - share) * x + share * table.at(x, 0)
+    return _mixed(x, table.at(x, 0), share)
 
 
 def _bent_rows(whole: Array, share: Array, table: Table) -> Array:
     bent = np.stack([table.at(x, row) for row, x in enumerate(whole)])
-    return (ONE - share) * whole + share * bent
+    return _mixed(whole, bent, share)
+
+
+def _mixed(x: Array, bent: Array, share: Array) -> Array:
+    return limited(multiply(ONE - share, x) + multiply(share, bent))
 
 
 RAMPS: dict[str, Callable[[Graph, Node, str], Value | None]] = {

@@ -16,7 +16,18 @@ NodeFunction = Callable[[Graph, Node, str], Value | None]
 
 def length(v: Array) -> Array:
     """Return the lengths (N,) of vectors."""
-    return np.sqrt(dot(v, v))
+    return a.limited(np.sqrt(dot(v, v)))
+
+
+def inner(v: Array, w: Array) -> Array:
+    """Return the dot products (N,) of vectors."""
+    x, y, z = (a.multiply(*rows) for rows in zip(v, w, strict=True))
+    total: Array = x + y + z
+    return total
+
+
+def _cross(v: Array, w: Array) -> Array:
+    return a.limited(np.nan_to_num(cross(v, w)))
 
 
 def unit(v: Array) -> Array:
@@ -25,7 +36,7 @@ def unit(v: Array) -> Array:
 
 
 def _project(v: Array, on: Array) -> Array:
-    return a.divide(dot(v, on), dot(on, on)) * on
+    return a.multiply(a.divide(inner(v, on), inner(on, on)), on)
 
 
 def _reflect(v: Array, normal: Array) -> Array:
@@ -35,9 +46,10 @@ def _reflect(v: Array, normal: Array) -> Array:
 
 def _refract(v: Array, normal: Array, eta: Array) -> Array:
     n = unit(normal)
-    cosine = dot(n, v)
-    k = ONE - eta * eta * (ONE - cosine * cosine)
-    bent = eta * v - (eta * cosine + np.sqrt(np.maximum(k, ZERO))) * n
+    cosine = inner(n, v)
+    k = ONE - a.multiply(a.multiply(eta, eta), ONE - a.multiply(cosine, cosine))
+    along = a.multiply(eta, cosine) + np.sqrt(np.maximum(k, ZERO))
+    bent = a.multiply(eta, v) - along * n
     return np.where(k < 0, ZERO, bent)
 
 
@@ -62,12 +74,12 @@ VECTOR_MATH: dict[str, tuple[tuple[str, ...], Callable[..., Array]]] = {
     "MULTIPLY": ((V, W), a.multiply),
     "DIVIDE": ((V, W), a.divide),
     "MULTIPLY_ADD": ((V, W, X), a.multiply_add),
-    "CROSS_PRODUCT": ((V, W), cross),
+    "CROSS_PRODUCT": ((V, W), _cross),
     "PROJECT": ((V, W), _project),
     "REFLECT": ((V, W), _reflect),
     "REFRACT": ((V, W, SCALE), _refract),
     "FACEFORWARD": ((V, W, X), _face_forward),
-    "DOT_PRODUCT": ((V, W), dot),
+    "DOT_PRODUCT": ((V, W), inner),
     "DISTANCE": ((V, W), _distance),
     "LENGTH": ((V,), length),
     "SCALE": ((V, SCALE), a.multiply),

@@ -42,6 +42,8 @@ def wave(
         def bend(octaves: int, share: Array, points: Array, roughness: Array) -> Array:
             return fbm(points, octaves, share, roughness, np.full(1, F32(2)), True)[None]
 
+        # Detail from -1 to 0 has the part of a second octave that is above -1 (Blender).
+        detail = np.where(detail < 0, np.maximum(detail + F32(1), F32(0)), detail)
         bent = by_octaves(bend, detail, (points * detail_scale, roughness), 1, WHOLE)[0]
         way = way + distortion * (bent * F32(2) - F32(1))
 
