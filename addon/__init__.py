@@ -3,9 +3,29 @@
 `MODULES` is the one list: each has a `register` and an `unregister` of its own.
 """
 
-from . import adoption, engine, operators, panels, preferences, properties, ui, viewport
+from . import (
+    adoption,
+    engine,
+    operators,
+    panels,
+    preferences,
+    presets,
+    properties,
+    ui,
+    viewport,
+)
 
-MODULES = (preferences, properties, viewport, engine, operators, ui, panels, adoption)
+MODULES = (
+    preferences,
+    properties,
+    viewport,
+    engine,
+    operators,
+    presets,
+    ui,
+    panels,
+    adoption,
+)
 
 
 def register() -> None:

@@ -83,6 +83,7 @@ PANELS: tuple[tuple[str, str, str, str, tuple[tuple[str, ...], ...]], ...] = (
         "material",
         (
             ("", "pass_index"),
+            ("", "displacement_method"),
             ("", "cycles.emission_sampling"),
             ("", "use_transparent_shadow"),
         ),
@@ -102,6 +103,15 @@ PANELS: tuple[tuple[str, str, str, str, tuple[tuple[str, ...], ...]], ...] = (
             ("", *_BOUNCES),
         ),
     ),
+)
+
+# What Blender shows for Cycles only: name, label, tab, the panel of the Cycles add-on that shows
+# it.  Later Blenders have some of them for all engines, without the prefix.
+THEIRS: tuple[tuple[str, str, str, str], ...] = (
+    ("OBJECT_PT_penumbra_group", "Light Group", "object", "CYCLES_OBJECT_PT_lightgroup"),
+    ("OBJECT_PT_penumbra_lit_by", "Light Linking", "object", "CYCLES_OBJECT_PT_light_linking"),
+    ("OBJECT_PT_penumbra_shade", "Shadow Linking", "object", "CYCLES_OBJECT_PT_shadow_linking"),
+    ("WORLD_PT_penumbra_group", "Light Group", "world", "CYCLES_WORLD_PT_settings_light_group"),
 )
 
 
@@ -161,6 +171,24 @@ class _Settings:
                 layout.prop(*found, text=label)
             elif found is not None:
                 layout.prop(*found)
+
+
+class _Theirs:
+    """Shows what a panel of the Cycles add-on does, while there is one."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_options: ClassVar = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Is there a datablock, the panel, and is it our engine?"""
+        has_datablock = getattr(context, cls.bl_context, None) is not None
+        return context.engine == ENGINE and has_datablock and hasattr(bpy.types, cls.theirs)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the settings."""
+        getattr(bpy.types, self.theirs).draw(self, context)
 
 
 class WORLD_PT_penumbra_preview(bpy.types.Panel):
@@ -243,6 +271,11 @@ def register() -> None:
     for name, label, tab, datablock, rows in PANELS:
         body = {"bl_label": label, "bl_context": tab, "datablock": datablock, "rows": rows}
         _registered.append(type(name, (_Settings, bpy.types.Panel), body))
+    for name, label, tab, theirs in THEIRS:
+        if hasattr(bpy.types, theirs.removeprefix("CYCLES_")):
+            continue
+        body = {"bl_label": label, "bl_context": tab, "theirs": theirs}
+        _registered.append(type(name, (_Theirs, bpy.types.Panel), body))
     _registered.extend((WORLD_PT_penumbra_preview, RENDER_PT_penumbra_report))
     for cls in _registered:
         bpy.utils.register_class(cls)

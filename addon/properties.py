@@ -175,7 +175,10 @@ def read_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Se
 
 
 def read_viewport_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Settings:
-    """Return the settings of a scene for the viewport: all samples, or what the preview has."""
+    """Return the settings of a scene for the viewport: all samples, or what the preview has.
+
+    Its denoiser is the quick one, by the same guides as that of a render.
+    """
     settings = read_settings(scene, view_layer)
     return replace(
         settings,
@@ -183,7 +186,9 @@ def read_viewport_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLay
         use_sample_subset=False,
         time_limit=0.0,
         use_adaptive_sampling=False,
-        use_denoising=False,
+        use_denoising=settings.use_preview_denoising,
+        denoising_prefilter="FAST",
+        denoising_quality="FAST",
     )
 
 

@@ -12,6 +12,7 @@ import bpy
 
 from ..core.film.passes import PASSES
 from ..core.settings import OPTIONS
+from . import presets
 from .engine import ENGINE
 
 # Label, options in the order they are shown; "render:" marks Blender's own render settings
@@ -39,6 +40,7 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "denoising_input_passes",
             "denoising_prefilter",
             "denoising_quality",
+            "use_preview_denoising",
         ),
     ),
     (
@@ -128,7 +130,9 @@ BORROWED = {
     "DATA_PT_camera_dof",
     "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_WORLD_PT_mist",
     "EEVEE_WORLD_PT_surface",
     "NODE_DATA_PT_EEVEE_light",
     "VIEWLAYER_PT_filter",
@@ -137,6 +141,7 @@ BORROWED = {
     "VIEWLAYER_PT_layer_passes_cryptomatte",
     "VIEWLAYER_PT_layer_passes_lightgroups",
     "VIEWLAYER_PT_override",
+    "CYCLES_VIEW3D_PT_shading_lighting",  # of the Cycles add-on; the set of engines is its own
 }
 
 # Panorama -> its settings, which Blender shows for Cycles only
@@ -192,6 +197,8 @@ def _panel(label: str, options: tuple[str, ...]) -> type:
         "draw": _draw,
         "poll": classmethod(_poll),
     }
+    if label == "Sampling":
+        body["draw_header_preset"] = presets.draw_button
     return type(name, (bpy.types.Panel,), body)
 
 

@@ -51,14 +51,19 @@ class Session:
         self.exports = 0  # counted for tests and for whoever looks for what is slow
 
     def update(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Blender says that something has changed."""
+        """Blender says that something has changed.
+
+        Not every change makes it draw the viewport, though: new nodes do not.
+        """
         self.known.forget_changed(depsgraph.updates)
         self.is_stale = True
+        _watch()
 
     def forget(self) -> None:
         """Everything may have changed."""
         self.known.forget()
         self.is_stale = True
+        _watch()
 
     def draw(
         self,
@@ -102,11 +107,12 @@ class Session:
         if self.is_stale or key != self.view_key or self.scene is None:
             shows = read_viewport(space, scene.world)
             self.exports += 1
+            # A scene that cannot be read is tried again when Blender draws, not by our timer.
+            old, self.scene, self.is_stale = self.scene, None, False
             new = export_content(depsgraph, camera, notes, known=self.known, view=shows)
             # The frame matters to the noise alone; a still scene goes on while others move.
             frame = new.frame if settings.use_animated_seed else 0
-            self.scene = _keep_equal(replace(new, frame=frame), self.scene)
-            self.view_key, self.is_stale = key, False
+            self.scene, self.view_key = _keep_equal(replace(new, frame=frame), old), key
 
         # Ask, if that makes a difference.
         render = scene.render
@@ -169,19 +175,20 @@ class Session:
         return " | ".join(filter(None, words))
 
     def look(self, always: bool = False) -> bool:
-        """Ask for a redraw if there is a new picture, or `always`; return whether more may come."""
+        """Ask for a redraw if there is reason to, or `always`; return whether more may come."""
         engine = self.engine()
         if engine is None:
             self.close()
             return False
         self.wait_if_asked()
+        is_behind = self.is_stale or self.renderer.shown is not self.drawn
         try:
-            if always or self.renderer.shown is not self.drawn:
+            if always or is_behind:
                 engine.tag_redraw()
         except ReferenceError:  # Blender has freed it
             self.close()
             return False
-        return self.renderer.is_busy or self.renderer.shown is not self.drawn
+        return self.renderer.is_busy or is_behind
 
     def close(self) -> None:
         """End the renderer's thread, without waiting for it."""

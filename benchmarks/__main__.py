@@ -19,7 +19,7 @@ from .errors import METRICS, Curve, measure, ratio_at_equal_error
 from .process import Worker, WorkerError
 from .reference import reference
 from .scenes import SCENES, Scene
-from .table import print_scene, print_summary
+from .table import print_latency, print_scene, print_summary
 
 ENGINES = ("CYCLES", "PENUMBRA")
 
@@ -145,6 +145,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--repeats", type=int, help="of each render (3; 1 if quick)")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="all by default")
     parser.add_argument("--json", type=Path, help="write all numbers here (see README.md)")
+    parser.add_argument("--latency", action="store_true", help="only what the viewport takes")
     parser.add_argument("--save", type=Path, metavar="FOLDER", help="only write .blend files there")
     options = parser.parse_args(argv)
     if options.threads < 1 or (options.repeats is not None and options.repeats < 1):
@@ -155,9 +156,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(f"--save {options.save}: there is no such folder")
 
     chosen = [s for s in SCENES if not options.scene or s.name in options.scene]
+    chosen = [] if options.latency else chosen
     repeats = options.repeats or (1 if options.quick else 3)
     workers: dict[str, Worker] = {}
-    results = []
+    results: list[dict[str, Any]] = []
+    latency: dict[str, dict[str, float]] = {}
     try:
         workers = {engine: Worker() for engine in ENGINES}
         versions = [worker.call("version") for worker in workers.values()][0]
@@ -172,17 +175,24 @@ def main(argv: Sequence[str] | None = None) -> int:
             result = bench_scene(entry, workers, options.threads, repeats, versions["blender"])
             print_scene(result)
             results.append(result)
+        if options.latency or not options.scene:
+            say("latency")
+            latency = workers["PENUMBRA"].call("latency", threads=options.threads, repeats=repeats)
     except WorkerError as error:
         say(f"benchmark failed: {error}")
         return 1
     finally:
         for worker in workers.values():
             worker.close()
-    print_summary(results)
+    if results:
+        print_summary(results)
+    if latency:
+        print_latency(latency)
     if options.json:
         machine = {"processor": platform.processor() or platform.machine(), "system": sys.platform}
         document = {"schema": 1, **versions, **machine, "threads": options.threads}
         document |= {"quick": options.quick, "repeats": repeats, "scenes": results}
+        document["latency"] = latency
         options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     return 0
 

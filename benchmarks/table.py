@@ -35,6 +35,13 @@ def print_scene(result: dict[str, Any]) -> None:
         )
 
 
+def print_latency(found: dict[str, dict[str, float]]) -> None:
+    """Print how long a user of the viewport waits, in milliseconds."""
+    print("\nms until something is seen")
+    for scene, row in found.items():
+        print(f"{scene:16s}" + "  ".join(f"{what} {1e3 * s:.0f}" for what, s in row.items()))
+
+
 def print_summary(results: list[dict[str, Any]]) -> None:
     """Print how many times longer Cycles takes."""
     print("\nCycles' time / Penumbra's       equal error (relMSE)    trimmed       RMSE  target")

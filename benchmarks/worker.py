@@ -97,6 +97,13 @@ def save_scene(path: str) -> dict[str, Any]:
     return {}
 
 
+def latency(threads: int, repeats: int) -> dict[str, Any]:
+    """Return what users of the viewport wait for, by scene."""
+    from .latency import measure
+
+    return measure(threads, repeats)
+
+
 def version() -> dict[str, Any]:
     """Return the versions that the numbers depend on."""
     import penumbra
@@ -111,6 +118,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     calls = {"open": open_scene, "save": save_scene, "render": render_scene, "version": version}
+    calls["latency"] = latency
     for line in sys.stdin:
         request = json.loads(line)
         try:

@@ -226,7 +226,7 @@ class Renderer:
             scene = replace(scene, camera=_nearer(scene.camera, self._box(scene)))
         camera = coarser(scene.camera, size)
         if samples is not None:
-            settings = replace(settings, samples=samples)
+            settings = replace(settings, samples=samples, use_denoising=False)
         if not PATTERNS[settings.pattern].progressive and settings.samples >= UNLIMITED:
             settings = replace(settings, pattern="SOBOL")
         x0, y0, x1, y1 = coarser(camera, COARSEST).rectangle()

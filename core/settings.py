@@ -153,6 +153,12 @@ class Settings:
         "HIGH", "Denoising Quality", "How much time denoising may take", choices=QUALITIES
     )
 
+    use_preview_denoising: bool = _option(
+        False,
+        "Viewport Denoising",
+        "Denoise the picture in the viewport once it has all its samples",
+    )
+
     # Light paths
     max_bounces: int = _count(12, "Max Bounces", "Bounces in all; 0 is direct light only")
     diffuse_bounces: int = _count(4, "Diffuse Bounces", "Diffuse bounces, bounded by the total")

@@ -159,13 +159,17 @@ def export_region_camera(
     through = _seen_through(space, view, depsgraph)
     if through is None:
         return replace(camera, border=_border(space, (0.0, 0.0, width, height), width, height))
-    frame = Frame(width, height, (0, 0, width, height))
-    own = export_camera(engine, depsgraph, frame, notes)
+    render = depsgraph.scene_eval.render
+    across, up = _picture_size(render)
+    own = export_camera(engine, depsgraph, Frame(across, up, (0, 0, across, up)), notes)
+    inside = _frame_in_region(camera, through, render)
+    border = _border(render, inside, width, height)
+    window = camera.window
     if through.data.type == "PANO":
-        return own  # all of the panorama fills the region
-    inside = _frame_in_region(camera, through, depsgraph)
-    border = _border(depsgraph.scene_eval.render, inside, width, height)
-    return replace(own, to_world=to_world, window=camera.window, border=border)
+        # It fills the camera's frame, and nothing is around it.
+        window = _outside(own.window, inside, width, height)
+        border = border or _pixels(inside, width, height)
+    return replace(own, to_world=to_world, window=window, width=width, height=height, border=border)
 
 
 def _seen_through(
@@ -193,15 +197,18 @@ def _window(matrix: np.ndarray, is_perspective: bool) -> Window:
     return (x - 1) / wide, (x + 1) / wide, (y - 1) / high, (y + 1) / high
 
 
-def _frame_in_region(
-    camera: Camera, through: bpy.types.Object, depsgraph: bpy.types.Depsgraph
-) -> Window:
-    """Return the rectangle of the region [pixels] in which the scene's camera has its frame."""
-    render = depsgraph.scene_eval.render
+def _picture_size(render: bpy.types.RenderSettings) -> tuple[int, int]:
     percentage = render.resolution_percentage / 100
     size = render.resolution_x * percentage, render.resolution_y * percentage
+    return max(1, int(size[0])), max(1, int(size[1]))
+
+
+def _frame_in_region(
+    camera: Camera, through: bpy.types.Object, render: bpy.types.RenderSettings
+) -> Window:
+    """Return the rectangle of the region [pixels] in which the scene's camera has its frame."""
     data = through.data
-    frame = frame_window(data, render, max(1, int(size[0])), max(1, int(size[1])), data.shift_x)
+    frame = frame_window(data, render, *_picture_size(render), data.shift_x)
     left, right, bottom, top = camera.window
     across, up = camera.width / (right - left), camera.height / (top - bottom)
     return (
@@ -209,6 +216,19 @@ def _frame_in_region(
         (frame[2] - bottom) * up,
         (frame[1] - left) * across,
         (frame[3] - bottom) * up,
+    )
+
+
+def _outside(window: Window, inside: Window, width: int, height: int) -> Window:
+    """Return what is at the region's edges, where `window` is at those of a rectangle of it."""
+    left, right, bottom, top = window
+    x0, y0, x1, y1 = inside
+    wide, high = (right - left) / (x1 - x0), (top - bottom) / (y1 - y0)
+    return (
+        left - x0 * wide,
+        left + (width - x0) * wide,
+        bottom - y0 * high,
+        bottom + (height - y0) * high,
     )
 
 
@@ -225,10 +245,15 @@ def _border(
     def place(side: str, axis: str, low: float, high: float) -> float:
         return low + getattr(owner, f"{prefix}{side}_{axis}") * (high - low)
 
-    x0 = max(0, math.floor(place("min", "x", low_x, high_x)))
-    y0 = max(0, math.floor(place("min", "y", low_y, high_y)))
-    x1 = min(width, math.ceil(place("max", "x", low_x, high_x)))
-    y1 = min(height, math.ceil(place("max", "y", low_y, high_y)))
+    low = place("min", "x", low_x, high_x), place("min", "y", low_y, high_y)
+    high = place("max", "x", low_x, high_x), place("max", "y", low_y, high_y)
+    return _pixels((*low, *high), width, height)
+
+
+def _pixels(inside: Window, width: int, height: int) -> tuple[int, int, int, int]:
+    """Return the pixels of the region that a rectangle touches."""
+    x0, y0 = max(0, math.floor(inside[0])), max(0, math.floor(inside[1]))
+    x1, y1 = min(width, math.ceil(inside[2])), min(height, math.ceil(inside[3]))
     # A border outside of the region leaves a pixel of it: no camera has an empty picture.
     x0, y0 = min(x0, width - 1), min(y0, height - 1)
     return x0, y0, max(x1, x0 + 1), max(y1, y0 + 1)

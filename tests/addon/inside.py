@@ -131,6 +131,18 @@ class Layout:
         prop = data.bl_rna.properties[name]
         self.shown.append(("prop", name, prop.name if text is None else text))
 
+    def prop_search(self, data, name, *_, **__):
+        """Show a property with a list to choose from."""
+        self.prop(data, name)
+
+    def template_ID(self, data, name, **_):  # noqa: N802  (Blender's name)
+        """Show a choice of datablocks."""
+        self.prop(data, name)
+
+    def popover(self, panel, **_):
+        """Show a button that opens a panel."""
+        self.shown.append(("popover", panel, None))
+
     def operator(self, name, **_):
         """Show a button; return what its properties are set on."""
         properties = SimpleNamespace()

@@ -49,11 +49,25 @@ def draw_datablocks():
     bpy.types.WORLD_PT_penumbra_preview.draw(
         SimpleNamespace(layout=layout), SimpleNamespace(world=scene.world)
     )
-    return found, others, before, after, layout.shown, bpy.app.version
+    # What the Cycles add-on shows of them, as long as it is there
+    theirs = {}
+    for name, _, tab, source in panels.THEIRS:
+        cls = getattr(bpy.types, name, None)
+        context = SimpleNamespace(engine="PENUMBRA", view_layer=scene.view_layers[0])
+        setattr(context, tab, blocks[tab])
+        if cls is not None:
+            assert cls.poll(context)
+            note = Layout()
+            cls.draw(SimpleNamespace(layout=note, theirs=source), context)
+            theirs[name] = note.names()
+    return found, others, before, after, layout.shown, bpy.app.version, theirs
 
 
 def test_datablocks_show_what_the_renderer_reads(blender):
-    found, others, before, after, shown, version = blender(draw_datablocks)
+    found, others, before, after, shown, version, theirs = blender(draw_datablocks)
+    for name in ("OBJECT_PT_penumbra_group", "WORLD_PT_penumbra_group"):
+        assert theirs.pop(name) == ["lightgroup", "scene.view_layer_add_lightgroup"]
+    assert len(theirs) == (0 if version >= (5, 0) else 2)
     kinds = ["camera", "diffuse", "glossy", "transmission"]
     assert found["OBJECT_PT_penumbra_visibility"] == [
         *(f"visible_{kind}" for kind in (*kinds, "shadow")),
@@ -70,6 +84,7 @@ def test_datablocks_show_what_the_renderer_reads(blender):
     assert found["area"] == ["spread", *light, "is_portal", "max_bounces", "use_motion_blur"]
     assert found["MATERIAL_PT_penumbra_settings"] == [
         "pass_index",
+        "displacement_method",
         "emission_sampling",
         "use_transparent_shadow",
     ]
@@ -248,3 +263,83 @@ def test_the_system_check_tells_versions_and_renders(blender):
     assert rows["Processor"]
     assert dark.startswith("FAILED: [0.0")
     assert broken == "FAILED: RuntimeError: no rays today"
+
+
+def use_presets():
+    """Use our presets, keep one of the user's, use it, remove it."""
+    import tempfile
+    from types import SimpleNamespace
+
+    import bpy
+    from inside import Layout
+
+    import penumbra
+
+    penumbra.register()
+    settings, found = bpy.context.scene.penumbra, []
+
+    def values():
+        return settings.samples, settings.denoising_quality, settings.light_samples, settings.seed
+
+    settings.seed, settings.light_samples = 5, 7
+    for name in ("Draft", "Final"):
+        bpy.ops.penumbra.sampling_preset(preset=name)
+        found.append(values())
+    settings.samples, settings.light_samples = 12, 3
+    with tempfile.TemporaryDirectory() as folder:
+        resource, bpy.utils.user_resource = bpy.utils.user_resource, lambda *_, **__: folder
+        bpy.ops.penumbra.sampling_preset_add(name="My own")
+        bpy.utils.user_resource = resource
+        settings.samples, settings.light_samples = 1, 1
+        menu = "RENDER_PT_penumbra_presets"
+        bpy.ops.script.execute_preset(filepath=f"{folder}/My_own.py", menu_idname=menu)
+    found.append(values())
+    layout = Layout()
+    header = bpy.types.RENDER_PT_penumbra_sampling.draw_header_preset
+    header(SimpleNamespace(layout=layout), bpy.context)
+    return found, layout.shown
+
+
+def test_presets_hold_what_the_sampling_panel_shows_and_nothing_else(blender):
+    found, shown = blender(use_presets)
+    assert found == [(32, "FAST", 1, 5), (4096, "HIGH", 1, 5), (12, "HIGH", 3, 5)]
+    assert shown == [("popover", "RENDER_PT_penumbra_presets", None)]
+
+
+def compare_panels():
+    """Return which of Blender's panels are shown for us and what is read of them."""
+    import bpy
+
+    import penumbra
+
+    bpy.ops.wm.read_factory_settings()
+    before = _shown("CYCLES")
+    penumbra.register()
+    ours = _shown("PENUMBRA")
+    try:
+        bpy.context.scene.render.engine = "PENUMBRA"
+        bpy.ops.object.bake(type="COMBINED")
+        baked = ""
+    except RuntimeError as error:
+        baked = str(error)
+    return before, ours, _shown("CYCLES"), baked
+
+
+def _shown(engine):
+    from bpy.types import Panel
+
+    from penumbra.addon.ui import _subclasses
+
+    panels = _subclasses(Panel)
+    return {each.__name__ for each in panels if engine in getattr(each, "COMPAT_ENGINES", ())}
+
+
+def test_no_panel_of_blender_promises_what_is_not_rendered(blender):
+    cycles, ours, after, baked = blender(compare_panels)
+    assert after == cycles
+    alike = {name for name in ours if name.startswith("CYCLES")}
+    assert alike == {"CYCLES_VIEW3D_PT_shading_lighting"}
+    words = ("_bake", "motion_blur", "render_pt_eevee", "subdivision", "debug")
+    assert not [name for name in ours if any(word in name.lower() for word in words)]
+    assert {"EEVEE_WORLD_PT_mist", "EEVEE_MATERIAL_PT_displacement"} <= ours
+    assert "does not support baking" in baked

@@ -16,6 +16,7 @@ import bpy
 import window as w
 
 SETTLE = 12  # edits between two looks at whether all is well
+ROUND = 8  # such looks between new files
 MOST_OBJECTS = 25
 NO_UNDO = ("do_undo", "do_redo", "do_render", "do_cancel", "do_orbit", "do_zoom", "do_look")
 
@@ -181,9 +182,9 @@ class User:
         bpy.context.space_data.shading.type = kind
 
     def do_split(self):
-        if len(w.areas()) < 3:
+        if len(w.areas()) < 3 and bpy.context.area.width > 200:
             bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
-        else:
+        elif len(w.areas()) > 1:
             bpy.ops.screen.area_close()
 
     def do_border(self):
@@ -206,10 +207,9 @@ class User:
             w._xdotool("key", w.ESCAPE)
 
 
-def drive(found):
-    """Edit at random for a while; tell how it went."""
-    seed, seconds = map(int, os.environ["PENUMBRA_SOAK"].split())
-    bpy.context.preferences.view.render_display_type = "NONE"
+def prepare():
+    """Open a new file, and show it rendered."""
+    bpy.ops.wm.read_homefile(app_template="")
     scene = bpy.context.scene
     scene.render.engine = os.environ.get("PENUMBRA_SOAK_ENGINE", "PENUMBRA")
     scene.render.preview_pixel_size = "4"
@@ -217,6 +217,17 @@ def drive(found):
     scene.penumbra.samples, scene.penumbra.preview_samples = 16, 4
     for area in w.areas():
         area.spaces.active.shading.type = "RENDERED"
+
+
+def drive(found):
+    """Edit at random for a while; tell how it went.
+
+    Memory is what it is with a new file: else it would be that of what has been made so far.
+    """
+    seed, seconds = map(int, os.environ["PENUMBRA_SOAK"].split())
+    bpy.context.preferences.view.render_display_type = "NONE"
+    prepare()
+    yield 0.5
     user, done = User(seed), {}
     found.update(edits=done, memory=[], errors=[], settled=0)
     end = time.monotonic() + seconds
@@ -235,9 +246,14 @@ def drive(found):
             yield 0.3
             yield w.done()
             found["settled"] += 1
-            found["memory"].append(w.memory())
             errors = {each.error or each.drawn.error for each in w.viewport.sessions}
             found["errors"] += sorted(errors - {""})
+            if found["settled"] % ROUND == 0:
+                prepare()
+                yield 1.0
+                yield w.done()
+                w.trim()
+                found["memory"].append(w.memory())
     found["render errors"] = list(w.report.errors)
     found["log"] = found["log"][-40:]
     for area in w.areas():

@@ -8,6 +8,7 @@ sys.path.insert(0, os.path.dirname(__file__))  # noqa: PTH120
 import bpy
 import numpy as np
 import window as w
+from bpy_extras.view3d_utils import location_3d_to_region_2d
 
 
 def drive(found):
@@ -77,6 +78,10 @@ def drive(found):
         colour = cube.active_material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
         colour.default_value = (1, 0, 0, 1)
         yield "material"
+        tree = cube.active_material.node_tree
+        noise = tree.nodes.new("ShaderNodeTexNoise")
+        tree.links.new(noise.outputs["Color"], tree.nodes["Principled BSDF"].inputs[0])
+        yield "nodes"
         cube.location.x += 0.5
         yield "move"
         light.location.z += 2
@@ -150,6 +155,40 @@ def drive(found):
         yield w.done()
         found[name]["same anew"] = bool(np.array_equal(first, w.picture()))
         found[name]["off by"] = float(np.abs(first - w.picture()).max())
+
+    # A panorama fills the camera's frame, and is the one that F12 gives.
+    camera, render = scene.camera.data, scene.render
+    camera.type, camera.panorama_type = "PANO", "EQUIRECTANGULAR"
+    view = area.spaces.active.region_3d
+    view.view_perspective = "CAMERA"
+    yield 0.6
+    yield w.done()
+    corners = [scene.camera.matrix_world @ each for each in camera.view_frame(scene=scene)]
+    corners = [location_3d_to_region_2d(w.region(), view, each) for each in corners]
+    found["frame"] = [f(each[k] for each in corners) for f in (min, max) for k in (0, 1)]
+    found["panorama"] = session.drawn.rectangle
+    shown = w.picture()
+    render.resolution_x, render.resolution_y = 4 * shown.shape[1], 4 * shown.shape[0]
+    render.resolution_percentage = 25
+    scene.penumbra.samples, scene.penumbra.use_denoising = 4, False
+    bpy.ops.render.render()
+    path = os.environ["PENUMBRA_FOUND"] + ".panorama.png"
+    bpy.data.images["Render Result"].save_render(path)
+    flat = np.array(bpy.data.images.load(path).pixels[:]).reshape(*shown.shape)[..., :3]
+    found["panorama off by"] = float(np.abs(w.displayed(shown) - flat).mean()), float(flat.std())
+
+    # The denoiser of the viewport comes when all samples are there.
+    scene.penumbra.use_preview_denoising = True
+    yield 0.4
+    yield w.done()
+    smooth = w.picture()
+    found["denoised"] = not np.array_equal(shown, smooth)
+    found["denoised status"] = session.status()
+    scene.penumbra.use_preview_denoising = False
+    camera.type = view.view_perspective = "PERSP"
+    yield 0.4
+    yield w.done()
+    first = w.picture()
 
     # Undo gives the picture of before; the local origin may be another one.
     with w.here():

@@ -4,7 +4,9 @@ Each drive (drive_*.py) is one run of Blender; the tests look at what it found. 
 
     PENUMBRA_SOAK="SEED SECONDS" python3 dev.py test --env 5.2 tests/blender -k random_edits
 
-writes what it found to soak.json beside this file.
+writes what it found to soak.json beside this file.  The last one, of ten minutes and 1543 edits,
+had no error and was never stuck, but failed by its memory: a new file took 0.3 MB more after each
+edit (0.1 MB with Workbench).  That is not in Python, and comes with edits that change views.
 """
 
 import json
@@ -94,6 +96,20 @@ def test_every_edit_is_seen_and_is_what_reading_all_anew_gives(seen):
         assert edit["status"].startswith("Done"), (name, edit["status"])
 
 
+def test_a_panorama_fills_the_frame_of_the_camera(seen):
+    pixel = 4
+    for edge, expected in zip(seen["panorama"], seen["frame"], strict=True):
+        assert abs(edge - expected) <= pixel
+    error, contrast = seen["panorama off by"]
+    assert error < 0.2 * contrast
+
+
+def test_the_viewport_is_denoised_when_it_is_done(seen):
+    assert seen["denoised status"].startswith("Done")
+    # Not every Blender has the denoiser; then it is said.
+    assert seen["denoised"] or "not honoured" in seen["denoised status"]
+
+
 def test_undo_and_redo_are_seen(seen):
     for name in ("undo", "redo"):
         off, between = seen[name]
@@ -153,8 +169,8 @@ def test_a_minute_of_random_edits_leaves_blender_well(real):
     assert len(found["edits"]) > 10
     assert found["settled"] >= 2
 
-    # Memory settles: the last third needs hardly more than the one before.
+    # Memory settles: a new file needs hardly more at the end than after the first minutes.
     memory = found["memory"]
     third = len(memory) // 3
-    if third >= 5:
-        assert max(memory[-third:]) < 1.2 * max(memory[third:-third])
+    if third >= 2:
+        assert max(memory[-third:]) < 1.05 * max(memory[:third])

@@ -5,6 +5,7 @@ says when to go on.  What it finds is written as JSON where PENUMBRA_FOUND says,
 of what went wrong; then Blender quits.
 """
 
+import ctypes
 import importlib
 import json
 import os
@@ -53,7 +54,7 @@ def run(drive):
             if callable(wait):
                 if not wait():
                     if time.monotonic() - state["since"] > PATIENCE:
-                        raise Stuck(f"{wait.__name__} after {found['log'][-3:]}")
+                        raise Stuck(f"{wait.__name__} after {found['log'][-3:]}: {states()}")
                     return TICK
                 state["wait"] = next(steps)
             else:
@@ -117,6 +118,25 @@ def done(session=None):
         )
 
     return is_done
+
+
+def states():
+    """Return how each session is, in words."""
+    timer = bpy.app.timers.is_registered(viewport._look)
+    words = [f"rendering {bpy.app.is_job_running('RENDER')}, timer {timer}"]
+    for one in viewport.sessions:
+        asked, shown = one.renderer.asked, number(one.renderer.shown)
+        words.append(
+            f"asked {asked}, shown {shown}, drawn {number(one.drawn)}, stale {one.is_stale}, "
+            f"paused {one.renderer.is_paused}, status {one.renderer.status!r}, {one.error!r}"
+        )
+    sizes = [f"{each.width} x {each.height} {each.spaces.active.shading.type}" for each in areas()]
+    return words + sizes
+
+
+def number(picture):
+    """Return which picture it is, and how far."""
+    return picture and (picture.number, picture.samples, picture.of, picture.complete)
 
 
 def picture(session=None):
@@ -187,6 +207,11 @@ def middle(area=None):
     """Return the middle of a viewport in pixels of the window."""
     item = region(area)
     return item.x + item.width // 2, item.y + item.height // 2
+
+
+def trim():
+    """Let the C library give back what is free, so that `memory` is what is in use."""
+    ctypes.CDLL(None).malloc_trim(0)
 
 
 def memory():

@@ -1,5 +1,6 @@
 """core.interactive -> pictures that get better, of what was asked for last."""
 
+import sys
 import threading
 from dataclasses import replace
 
@@ -160,6 +161,25 @@ def test_pixels_of_the_size_asked_for_are_the_finest(watched):
     shown = watched.last(lit(), pixel_size=4)
     assert (shown.size, shown.pixels.shape) == (4, (8, 8, 4))
     assert all(each.size >= 4 for each in watched.pictures)
+
+
+def test_only_the_last_picture_is_denoised(watched, monkeypatch):
+    seen = []
+
+    def denoise(how, film, threads):
+        seen.append(int(film.counts.min()))
+        film.denoised = np.full((32, 32, 3), 0.25, np.float32)
+        return ()
+
+    monkeypatch.setattr("penumbra.core.compile.picture.is_there", lambda: True)
+    monkeypatch.setattr(sys.modules["penumbra.core.render"], "_denoise", denoise)
+    watched.renderer._speed = 1e3  # so that coarse pictures come first
+    settings = replace(SETTINGS, use_denoising=True)
+    shown = watched.last(lit(), settings)
+    assert seen == [4]
+    assert (shown.pixels[..., :3] == 0.25).all()
+    assert len(watched.pictures) > 1
+    assert all((each.pixels[..., :3] != 0.25).any() for each in watched.pictures[:-1])
 
 
 def test_too_bright_for_half_floats_is_cut(watched):

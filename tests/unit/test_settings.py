@@ -26,6 +26,7 @@ CYCLES = {
     "denoising_input_passes": "RGB_ALBEDO_NORMAL",
     "denoising_prefilter": "ACCURATE",
     "denoising_quality": "HIGH",
+    "use_preview_denoising": False,
     "max_bounces": 12,
     "diffuse_bounces": 4,
     "glossy_bounces": 4,
