@@ -158,6 +158,7 @@ class _Job:
             "resolution": list(picture.combined().shape[1::-1]),
             "samples": picture.samples,
             "complete": picture.complete,
+            "plan": plan.describe(),
             "not_honoured": report.as_rows(notes),
             "statistics": statistics,
         }

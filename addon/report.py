@@ -1,8 +1,9 @@
 """notes, statistics -> what the user is told at the end of a frame.
 
 `frames` keeps one entry per rendered frame, view layer and view, in the form of the JSON report
-(schema 1): frame, output, view_layer, view, resolution, samples, complete, not_honoured (a list
-of {owner, what}) and statistics.  `errors` keeps the messages of frames that failed.
+(schema 1): frame, output, view_layer, view, resolution, samples, complete, plan (in plain words),
+not_honoured (a list of {owner, what}) and statistics.  `errors` keeps the messages of frames that
+failed.
 """
 
 import json

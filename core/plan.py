@@ -151,19 +151,49 @@ class Plan:
         return chooses or (self.needs_pdf and self.has_lights)
 
     def describe(self) -> str:
-        """Return the plan in plain words."""
+        """Return the plan in plain words: what there is, and what there is not, at no cost."""
         names = [module.NAME for module in self.surfaces.modules]
         x0, y0, x1, y1 = self.rectangle
         parts = [
-            f"{x1 - x0} x {y1 - y0} pixels, {self.samples[1] - self.samples[0]} samples",
+            f"{x1 - x0} x {y1 - y0} pixels, {self.samples[1] - self.samples[0]} samples "
+            f"({self.pattern})",
             f"{self.prepared.triangles} triangles in {self.prepared.parts} parts",
             f"{len(names)} closures: {', '.join(names)}" if names else "no closures",
             f"{self.lights.count} lamps" if self.lights else "no lamps",
             "a world that shines" if self.world is not None else "a black world",
             f"up to {self.max_bounces} bounces",
+            f"{self.batch} samples in flight",
         ]
-        if self.triangles is not None and self.triangles.is_flat:
-            parts.append("no smooth normals")
-        if self.surfaces.glows.any():
-            parts.append("glowing surfaces")
+        present = [name for name, is_there in self._features.items() if is_there]
+        absent = [name for name, is_there in self._features.items() if not is_there]
+        parts += [f"with {', '.join(present)}"] if present else []
+        parts += [f"without {', '.join(absent)}"] if absent else []
         return "; ".join(parts)
+
+    @property
+    def _features(self) -> dict[str, bool]:
+        triangles, surfaces = self.triangles, self.surfaces
+        return {
+            "lens": self.camera.aperture is not None,
+            "panorama": self.camera.panorama is not None,
+            "motion": self.shutter is not None,
+            "smooth normals": triangles is not None and not triangles.is_flat,
+            "several instances told apart": triangles is not None and triangles.is_numbered,
+            "textures": self.prepared.textures > 0,
+            "attributes": bool(surfaces.attributes),
+            "shaders that trace": surfaces.reach is not None,
+            "transparency": self.has_transparent,
+            "glowing surfaces": bool(surfaces.glows.any()),
+            "choice among lights": self.lights is not None and self.lights.chooses,
+            "sampled world": self.environment is not None,
+            "multiple importance sampling": self.needs_pdf,
+            "light linking": self.links_lights or self.links_shadows,
+            "filter glossy": self.blur_glossy > 0,
+            "clamps": self.clamp_direct > 0 or self.clamp_indirect > 0,
+            "alpha": self.has_alpha,
+            "holdouts": self.has_held_out,
+            "shadow catchers": self.alone is not None,
+            "passes": self.ledger is not None,
+            "adaptive sampling": self.adaptive is not None,
+            "denoising": self.denoising is not None,
+        }

@@ -100,6 +100,7 @@ def test_each_frame_is_reported_and_the_file_carries_how_it_was_made(plane):
     assert first["statistics"]["rays_camera"] == 16 * 24 * 16
     assert first["statistics"]["export_seconds"] > 0
     assert "Object 'Smoke'" in [row["owner"] for row in first["not_honoured"]]
+    assert "24 x 16 pixels, 16 samples" in first["plan"] and "without lens" in first["plan"]
     json.dumps(frames)
     assert header["penumbra/seed"] == "5"
     assert header["penumbra/sample_offset"] == "0"
