@@ -102,7 +102,7 @@ def position(lamp: Lamp, origin: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def brightness(lamp: Lamp) -> float:
     """Return the mean of the lamp's three strengths."""
-    return float(np.mean(np.abs(lamp.strength)))
+    return sum(map(abs, lamp.strength)) / 3
 
 
 def missed(origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:
