@@ -228,7 +228,7 @@ class VIEWLAYER_PT_penumbra_passes(bpy.types.Panel):
         """Show a switch for each pass that is drawn."""
         layer, layout = context.view_layer, self.layout
         column = layout.grid_flow(columns=2, even_columns=True)
-        for flag, name in {each.flag: each.name for each in PASSES if each.read}.items():
+        for flag, name in {each.flag: each.name for each in PASSES}.items():
             owner, _, flag = flag.rpartition(".")
             if owner:
                 column.prop(layer.penumbra, flag)

@@ -15,10 +15,12 @@ from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
+from .costs import FILE as COSTS_FILE
+from .costs import measure_costs, print_costs
 from .errors import METRICS, Curve, measure, ratio_at_equal_error
 from .process import Worker, WorkerError
 from .reference import reference
-from .scenes import SCENES, Scene
+from .scenes import EXAMPLES, SCENES, Scene
 from .table import print_latency, print_scene, print_summary
 
 ENGINES = ("CYCLES", "PENUMBRA")
@@ -124,6 +126,19 @@ def ratios(engines: dict[str, list[dict[str, Any]]], has_error: bool) -> dict[st
     return result
 
 
+def bench_costs(worker: Worker, options: argparse.Namespace, versions: dict[str, Any]) -> int:
+    """Measure and print what each feature costs; return 0."""
+    rounds = options.repeats or (1 if options.quick else 5)
+    blend = str(EXAMPLES / f"{COSTS_FILE}.blend")
+    results = measure_costs(worker, blend, rounds, options.quick, say)
+    print_costs(results)
+    if options.json:
+        document = {"schema": 1, **versions, "quick": options.quick, "rounds": rounds}
+        text = json.dumps(document | {"costs": results}, indent=1)
+        options.json.write_text(text + "\n", encoding="utf-8")
+    return 0
+
+
 def reached(target: float | None, ratio: dict[str, Any]) -> bool | None:
     """Tell whether the ratio at equal relMSE is the target's or more; None if either lacks."""
     if target is None or "relmse" not in ratio:
@@ -147,6 +162,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, help="write all numbers here (see README.md)")
     parser.add_argument("--latency", action="store_true", help="only what the viewport takes")
     parser.add_argument("--save", type=Path, metavar="FOLDER", help="only write .blend files there")
+    parser.add_argument("--costs", action="store_true", help="only what each feature costs")
     options = parser.parse_args(argv)
     if options.threads < 1 or (options.repeats is not None and options.repeats < 1):
         parser.error("--threads and --repeats need at least 1")
@@ -164,6 +180,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         workers = {engine: Worker() for engine in ENGINES}
         versions = [worker.call("version") for worker in workers.values()][0]
+        if options.costs:
+            return bench_costs(workers["PENUMBRA"], options, versions)
         if options.save:
             for scene in chosen:
                 workers["CYCLES"].open(scene)

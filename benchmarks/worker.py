@@ -9,13 +9,13 @@ import os
 import sys
 import tempfile
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import bpy
 import numpy as np
 
-from . import built
+from . import built, costs
 
 # What both engines are told, so that nothing but the samples decides about the error.
 COMMON = {"use_adaptive_sampling": False, "use_denoising": False, "time_limit": 0.0}
@@ -64,6 +64,22 @@ def render_scene(
         answer["statistics"] = report.frames[-1]["statistics"]
         answer["not_honoured"] = report.frames[-1]["not_honoured"]
     return answer
+
+
+def cost_of(blend: str, feature: str, state: str, size: int) -> dict[str, Any]:
+    """Render a state of a feature, of `costs`; return the CPU time, with export and build."""
+    bpy.ops.wm.open_mainfile(filepath=blend)
+    scene = bpy.context.scene
+    scene.render.engine = "PENUMBRA"
+    scene.render.resolution_x = scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    scene.render.threads_mode, scene.render.threads = "FIXED", 1
+    for name, value in (COMMON | {"pixel_filter_type": "BOX", "samples": costs.SAMPLES}).items():
+        setattr(scene.penumbra, name, value)
+    costs.BY_NAME[feature].apply(state, scene)
+    start = process_time()
+    bpy.ops.render.render()
+    return {"cpu_seconds": process_time() - start}
 
 
 def _use_best_pattern(options: Any) -> None:
@@ -118,6 +134,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     calls = {"open": open_scene, "save": save_scene, "render": render_scene, "version": version}
+    calls["cost"] = cost_of
     calls["latency"] = latency
     for line in sys.stdin:
         request = json.loads(line)

@@ -16,6 +16,7 @@ from .film.ledger import Ledger
 from .film.passes import Pass
 from .geometry.accel import Accel
 from .geometry.mesh import Triangles
+from .geometry.speeds import Speeds
 from .lights import Hulls, Lights
 from .lights.environment import Environment
 from .scene import (
@@ -46,6 +47,7 @@ class Plan:
     camera: CompiledCamera
     camera_motion: MovingCamera | None  # the same at any time
     shutter: CompiledShutter | None  # where anything moves
+    speeds: Speeds | None  # from frame to frame, for the pass that shows them
     rectangle: tuple[int, int, int, int]  # x0, y0, x1, y1 of the pixels rendered
     frame_width: int
     frame_height: int

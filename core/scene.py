@@ -411,6 +411,8 @@ class Scene:
     """All that is rendered in one frame and view layer.
 
     shutter (n,): how much light it lets in at equal steps of its time, None if always all.
+    spans_frames: the motion of the camera and of instances is no blur, but tells where they are in
+    the frames before, at and after this one; lamps rest.
     """
 
     camera: Camera
@@ -423,8 +425,11 @@ class Scene:
     layer: Layer = Layer()
     notes: tuple[Note, ...] = ()
     shutter: NDArray[np.float64] | None = None
+    spans_frames: bool = False
 
     def __post_init__(self) -> None:
+        if self.spans_frames and len(self.camera.motion) not in (0, 3):
+            raise SceneError("Camera: its motion from frame to frame has not three steps")
         curve = self.shutter
         if curve is not None and not (len(curve) > 1 and (curve >= 0).all() and curve.any()):
             raise SceneError("Render settings: the shutter curve lets no light in")

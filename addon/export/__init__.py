@@ -87,10 +87,11 @@ def export_scene(
     notes: list[Note] = []
     camera = export_camera(engine, depsgraph, frame, notes)
     shutter = read_shutter(depsgraph.scene_eval, depsgraph.view_layer_eval)
-    still, content = _read(depsgraph, camera, notes, should_stop, moves=shutter is not None)
+    still, content = _read(depsgraph, camera, notes, should_stop, shutter=shutter)
     if shutter is None:
         return still
-    still = replace(still, shutter=read_curve(depsgraph.scene_eval, notes), notes=tuple(notes))
+    if shutter.blurs:
+        still = replace(still, shutter=read_curve(depsgraph.scene_eval, notes), notes=tuple(notes))
     return _moved(still, content, shutter, engine, depsgraph, frame, should_stop)
 
 
@@ -117,14 +118,14 @@ def _read(
     should_stop: Callable[[], bool],
     known: Known | None = None,
     view: Viewport = EVERYTHING,
-    moves: bool = False,
+    shutter: Shutter | None = None,
 ) -> "tuple[Scene, _Content]":
     """Return what `camera` sees in the frame, and what is known of it."""
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
-    notes.extend(layer_notes(view_layer))
+    notes.extend(layer_notes(scene, view_layer))
     # Viewports show light, whatever passes a picture has.
     layer = export_layer(scene, view_layer) if view.space is None else LIGHT_ONLY
-    content = _Content(depsgraph, notes, known or Known(), view, layer, moves)
+    content = _Content(depsgraph, notes, known or Known(), view, layer, shutter)
     for count, item in enumerate(depsgraph.object_instances):
         if count % _POLLED == 0 and should_stop():
             raise Cancelled
@@ -169,7 +170,7 @@ def _move_camera(
 ) -> Camera:
     """Return the camera with its motion, and fill `tracks` on the way."""
     original = engine.camera_override or depsgraph.scene_eval.camera
-    wish = read_wish(original.evaluated_get(depsgraph), None)
+    wish = read_wish(original.evaluated_get(depsgraph), None, shutter.blurs)
 
     def look() -> Camera:
         return export_camera(engine, depsgraph, frame, [])
@@ -199,6 +200,7 @@ def _moved(
     return replace(
         still,
         camera=camera,
+        spans_frames=not shutter.blurs,
         instances=tuple(moved.instance(each, tracks[key]) for each, key in instances),
         lamps=tuple(moved.lamp(each, tracks[key]) for each, key in lamps),
         notes=tuple(dict.fromkeys(notes)),
@@ -230,7 +232,7 @@ class _Content:
         known: Known,
         view: Viewport,
         layer: Layer,
-        moves: bool,
+        shutter: Shutter | None,
     ) -> None:
         view_layer = self.view_layer = depsgraph.view_layer_eval
         self.links = read_links(depsgraph)
@@ -243,7 +245,8 @@ class _Content:
         self.images = Images(notes, self.scene, known, view.space is not None)
         self.known, self.view = known, view
         self.meshes: dict[tuple[int, frozenset[str]], Exported] = {}
-        self.moves = moves
+        self.moves = shutter is not None
+        self.blurs = shutter is not None and shutter.blurs
         self.seen: Counter[Key] = Counter()
         self.tracks: dict[Key, Track] = {}
         self.instance_keys: list[Key] = []
@@ -280,7 +283,7 @@ class _Content:
             if lamp is not None:
                 self.lamps.append(lamp)
                 if self.moves:
-                    self.tracks[known_by] = Track(read_lamp_wish(object))
+                    self.tracks[known_by] = Track(read_lamp_wish(object, self.blurs))
                     self.lamp_keys.append(known_by)
         elif kind == "MESH" and self.surfaces and item.show_self:
             key = address, object.data.as_pointer(), made_by
@@ -333,7 +336,7 @@ class _Content:
             return None
         wish = source = None
         if self.moves:
-            wish = read_wish(object, parent)
+            wish = read_wish(object, parent, self.blurs)
             source = exported if may_deform(object) and wish.velocity is None else None
         flags["attributes"] = export_properties(names, object, parent, self.view_layer, self.scene)
 

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import bpy
 
-from ...core.film.passes import IS_DENOISED, PASSES, Pass
+from ...core.film.passes import CATCHER, IS_DENOISED, PASSES, STORES, Pass
 from ...core.layer import MATTES, Layer, Mist
 from ...core.scene import Note
 from ..properties import read_option
+from .motion import has_motion_blur
 
 # Blender's falloffs of mist, and the power by which it grows
 _FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
@@ -44,10 +45,15 @@ def layer_world(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bpy.types
 
 def is_wanted(pass_: Pass, scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bool:
     """Tell whether a view layer asks for a pass."""
-    owner, _, flag = pass_.flag.rpartition(".")
-    if pass_.flag == IS_DENOISED and not read_option(scene, "use_denoising"):
+    return all(_is_on(flag, scene, layer) for flag in (pass_.flag, pass_.besides) if flag)
+
+
+def _is_on(flag: str, scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bool:
+    """Tell whether a view layer has a property set, after "own." one of the engine's."""
+    if flag == IS_DENOISED and not read_option(scene, "use_denoising"):
         return False
-    return bool(read_option(layer, flag) if owner else getattr(layer, flag))
+    owner, _, name = flag.rpartition(".")
+    return bool(read_option(layer, name) if owner else getattr(layer, name))
 
 
 def _mist(world: bpy.types.World) -> Mist:
@@ -86,13 +92,21 @@ def channel_type(channels: str) -> str:
     return "COLOR" if channels.lower().startswith("rgb") else "VECTOR"
 
 
-def layer_notes(layer: bpy.types.ViewLayer) -> Iterator[Note]:
+def layer_notes(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> Iterator[Note]:
     """Yield what a view layer asks for and does not get."""
     owner = f"View layer '{layer.name}'"
-    flags = {each.flag for each in PASSES if each.read is not None} | _OTHERS
-    for prop in layer.bl_rna.properties:
-        name = prop.identifier
-        if name.startswith("use_pass_cryptomatte") or name in flags:
-            continue
-        if name.startswith("use_pass_") and getattr(layer, name):
-            yield Note(owner, f"pass {prop.name} is not drawn")
+    if layer.use_pass_vector and has_motion_blur(scene, layer):
+        yield Note(owner, "pass Vector is blank with motion blur")
+    flags = {each.flag for each in PASSES} | _OTHERS
+    for asking in (layer, getattr(layer, "cycles", None)):
+        for prop in () if asking is None else asking.bl_rna.properties:
+            name = prop.identifier
+            if name.startswith("use_pass_cryptomatte") or {name, f"own.{name}"} & flags:
+                continue
+            if name.startswith("use_pass_") and getattr(asking, name):
+                yield Note(owner, f"pass {prop.name} is not drawn")
+    if _is_on(STORES, scene, layer) and bpy.app.version >= (5, 2):
+        for name in ("Roughness", "Specular Albedo"):
+            yield Note(owner, f"pass Denoising {name} is not drawn")
+    if _is_on(CATCHER, scene, layer) and _is_on(IS_DENOISED, scene, layer):
+        yield Note(owner, "pass Shadow Catcher is not denoised")

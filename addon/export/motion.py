@@ -1,10 +1,13 @@
-"""depsgraph at other times -> what moves while the shutter is open.
+"""depsgraph at other times -> what moves while the shutter is open, or from frame to frame.
 
 The scene is read once in its own frame, as without motion blur.  Then Blender evaluates it at
 other times, and matrices, deformed meshes and the camera are read again; what is the same at all of
 them rests.  Times are those of Cycles: 2^n + 1 equal steps over the shutter's time, where n is the
 object's own number of steps or, if that is larger, the one of what makes instances of it.  Objects
 that are not blurred stand where they are at the middle of the shutter's time.
+
+For the Vector pass, without motion blur, the same is read of the frames before, at and after this
+one, of all objects, whether they are to be blurred or not (Cycles).
 """
 
 from collections import Counter
@@ -69,13 +72,14 @@ class Track:
 class Shutter(NamedTuple):
     """When the shutter is open: from `start` after the frame on for `length` [frames].
 
-    rate: frames per second.
+    rate: frames per second; blurs: whether what moves is blurred, or only its speed is shown.
     """
 
     frame: float
     start: float
     length: float
     rate: float
+    blurs: bool = True
 
     def time(self, step: Step) -> tuple[int, float]:
         """Return the frame and the part of one at a step."""
@@ -85,16 +89,24 @@ class Shutter(NamedTuple):
 
 
 def read_shutter(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Shutter | None:
-    """Return when the shutter is open, None without motion blur."""
+    """Return when the shutter is open, None if nobody asks for what moves."""
     render = scene.render
-    if not (render.use_motion_blur and view_layer.use_motion_blur):
-        return None
+    frame = scene.frame_current + scene.frame_subframe
+    rate = render.fps / render.fps_base
+    if not has_motion_blur(scene, view_layer):
+        # From the frame before to the one after
+        asks = view_layer.use_pass_vector
+        return Shutter(frame, -1.0, 2.0, rate, blurs=False) if asks else None
     length = float(render.motion_blur_shutter)
     if length <= 0:
         return None
     early = {"START": 0.0, "CENTER": 0.5, "END": 1.0}[render.motion_blur_position]
-    frame = scene.frame_current + scene.frame_subframe
-    return Shutter(frame, -early * length, length, render.fps / render.fps_base)
+    return Shutter(frame, -early * length, length, rate)
+
+
+def has_motion_blur(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
+    """Tell whether a view layer is rendered with motion blur."""
+    return bool(scene.render.use_motion_blur and view_layer.use_motion_blur)
 
 
 def read_curve(scene: bpy.types.Scene, notes: list[Note]) -> NDArray[np.float64] | None:
@@ -125,8 +137,15 @@ def key_of(item: bpy.types.DepsgraphObjectInstance, seen: Counter[Key]) -> Key:
     return (*key, seen[key])
 
 
-def read_wish(object: bpy.types.Object, parent: bpy.types.Object | None) -> Wish:
-    """Return what is asked for an object, or an instance of it that `parent` makes."""
+def read_wish(
+    object: bpy.types.Object, parent: bpy.types.Object | None, blurs: bool = True
+) -> Wish:
+    """Return what is asked for an object, or an instance of it that `parent` makes.
+
+    blurs: see `Shutter`.
+    """
+    if not blurs:
+        return Wish(2, may_deform(object), _velocity(object, True))
     makers = [object] if parent is None or parent == object else [object, parent]
     if not all(read_own(maker, "use_motion_blur") for maker in makers):
         return Wish(0, False)
@@ -135,9 +154,12 @@ def read_wish(object: bpy.types.Object, parent: bpy.types.Object | None) -> Wish
     return Wish(2**steps, deforms and may_deform(object), _velocity(object, deforms))
 
 
-def read_lamp_wish(object: bpy.types.Object) -> Wish:
-    """Return what is asked for a lamp; lamps are still in Cycles, so only ours counts."""
-    blurs = object.data.penumbra.use_motion_blur
+def read_lamp_wish(object: bpy.types.Object, blurs: bool = True) -> Wish:
+    """Return what is asked for a lamp; lamps are still in Cycles, so only ours counts.
+
+    blurs: see `Shutter`.
+    """
+    blurs = blurs and object.data.penumbra.use_motion_blur
     return Wish(2 ** max(int(read_own(object, "motion_steps")), 1) if blurs else 0, False)
 
 
@@ -273,6 +295,8 @@ class Moved:
             return mesh
         if any(shape is None for shape in shapes):
             text = "its faces change while the shutter is open: their deformation is not blurred"
+            if not self.shutter.blurs:
+                text = "its faces change from frame to frame: Vector does not show its deformation"
             self.notes.append(Note(f"Object '{instance.name}'", text))
             return mesh
         key = id(mesh), *(id(shape[0]) for shape in shapes if shape)

@@ -20,6 +20,7 @@ from ..geometry.accel import can_move, compile_accel
 from ..geometry.attributes import OPACITY, VECTOR, Attributes, compile_attributes
 from ..geometry.mesh import Triangles, bounds, compile_triangles
 from ..geometry.spaces import compile_spaces
+from ..geometry.speeds import compile_speeds
 from ..geometry.view import compile_view
 from ..kept import KEEP_NOTHING, Kept
 from ..lights import Emitters, Lights, compile_lights, ray_mask
@@ -51,7 +52,7 @@ from .limits import (
     seed_of,
 )
 from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer
-from .picture import catchers_alone, denoising_of, ledger_of, spread_of
+from .picture import catchers_alone, denoising_of, ledger_of, note_guides, spread_of
 
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
 QUICK_BUILD = 0.5
@@ -79,7 +80,11 @@ def compile_plan(
     """
     started = perf_counter()
     notes = list(scene.notes)
-    scene = at_rest(scene, notes)
+    cameras = scene.camera.motion or (scene.camera,) * 3
+    if scene.spans_frames:
+        scene = replace(scene, camera=replace(scene.camera, motion=()))
+    else:
+        scene = at_rest(scene, notes)
     check_pattern(settings)
 
     # Surfaces: a column for each material that occurs.
@@ -92,6 +97,7 @@ def compile_plan(
     guides = () if denoising is None else denoising.guides
     materials, surfaces, surface_notes = compile_materials(scene, settings, kept, library, guides)
     notes += surface_notes
+    note_guides(scene, surfaces, notes)
     has_passes = bool(outputs or scene.layer.mattes or guides)
     if "UV" in scene.layer.passes:
         asked = surfaces.attributes | {(ACTIVE_UV, VECTOR), (ACTIVE_UV, OPACITY)}
@@ -124,7 +130,8 @@ def compile_plan(
     masks += [(instance.receivers, instance.blockers) for instance in scene.instances]
     links_lights = any(receivers != EVERY_SET for receivers, _ in masks)
     links_shadows = any(blockers != EVERY_SET for _, blockers in masks)
-    is_mapped = bool(surfaces.attributes) or (surfaces.reads_spaces and any_moves(scene))
+    asks_where = surfaces.reads_spaces or scene.spans_frames
+    is_mapped = bool(surfaces.attributes) or (asks_where and any_moves(scene))
     is_numbered = links_lights or surfaces.reads_spaces or is_mapped or has_passes
     triangles, broken = kept.step(
         "triangles",
@@ -137,6 +144,7 @@ def compile_plan(
             links_shadows,
             is_numbered,
             is_mapped,
+            scene.spans_frames,
         ),
         lambda: compile_triangles(
             scene.instances,
@@ -149,9 +157,13 @@ def compile_plan(
             links_shadows,
             is_numbered,
             is_mapped,
+            not scene.spans_frames,
         ),
     )
     notes += broken
+    speeds = None
+    if scene.spans_frames:
+        speeds = compile_speeds(cameras, origin, triangles.frames if triangles else None)
     spaces = compile_spaces(scene.instances, origin) if surfaces.reads_spaces else None
     attributes: Attributes = {}
     if triangles is not None and surfaces.attributes:
@@ -233,6 +245,7 @@ def compile_plan(
         camera=camera,
         camera_motion=camera_motion,
         shutter=shutter if moves else None,
+        speeds=speeds,
         rectangle=scene.camera.rectangle(),
         frame_width=scene.camera.width,
         frame_height=scene.camera.height,

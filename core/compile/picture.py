@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import F32, normalize
+from ..bsdf import GLOSSY
 from ..film.denoise import Denoising, is_there
 from ..film.ledger import Ledger, compile_ledger
 from ..geometry.mesh import Triangles
@@ -19,6 +20,7 @@ from ..scene import (
     Scene,
 )
 from ..settings import Settings
+from ..shading import SurfaceTable
 
 
 def ledger_of(
@@ -54,6 +56,14 @@ def denoising_of(scene: Scene, settings: Settings, notes: list[Note]) -> Denoisi
     has_albedo, has_normal = "ALBEDO" in kinds, "NORMAL" in kinds
     how = settings.denoising_prefilter, settings.denoising_quality
     return Denoising(has_albedo, has_normal, *how)
+
+
+def note_guides(scene: Scene, surfaces: SurfaceTable, notes: list[Note]) -> None:
+    """Add to notes that passes of guides show smooth surfaces themselves, where there are any."""
+    is_smooth = any(each.IS_DELTA and each.RAY_KIND == GLOSSY for each in surfaces.modules)
+    if is_smooth and "Denoising Albedo" in scene.layer.passes:
+        text = "Denoising Data show mirrors and clear glass themselves, not what is seen in them"
+        notes.append(Note("Render settings", text))
 
 
 def catchers_alone(plan: Plan) -> Plan:

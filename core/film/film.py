@@ -35,6 +35,7 @@ SUMS = {
     "transmission": 3,
     "normal": 3,
     "uv": 3,
+    "speed": 5,  # and how many samples have one
     "mist": 1,
     "occlusion": 3,
     "seconds": 1,

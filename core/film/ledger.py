@@ -73,7 +73,9 @@ class Ledger:
     @property
     def looks_once(self) -> bool:
         """Whether something is told by one surface only of those behind each other."""
-        return any(name in ("normal", "uv") or name.startswith("aov") for name in self.names)
+        return any(
+            name in ("normal", "uv", "speed") or name.startswith("aov") for name in self.names
+        )
 
 
 def lobe_of(kind: int) -> int:

@@ -4,7 +4,7 @@ The film sums up what wanted passes read and nothing else; the add-on tells Blen
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from ..layer import Layer
 from . import reading
@@ -15,20 +15,21 @@ from .film import MIDDLES, Film
 class Pass:
     """A picture by its name in Blender >= 5, with a letter for each channel.
 
-    flag: the property by which a view layer asks for it, after "own." one of the engine's; reads:
-    names of `SUMS` or `MIDDLES`, which `read` makes the picture of, None if it is not drawn.
+    flag: the property by which a view layer asks for it, after "own." one of the engine's, and
+    another that it needs besides; reads: names of `SUMS` or `MIDDLES`, which `read` makes the
+    picture of.
     """
 
     name: str
     channels: str
     flag: str
-    read: Callable[..., reading.Array] | None
+    read: Callable[..., reading.Array]
     reads: tuple[str, ...] = ()
-    before_5: str = field(default="")
+    before_5: str = ""
+    besides: str = ""
 
     def pixels(self, film: Film, exposure: float) -> reading.Array:
         """Return the picture (C, pixels)."""
-        assert self.read is not None
         return self.read(film, exposure, *self.reads)
 
 
@@ -43,13 +44,14 @@ def _lobe(name: str, short: str) -> Iterator[Pass]:
 
 
 STORES, IS_DENOISED = "own.denoising_store_passes", "own.use_denoising"
+CATCHER = "own.use_pass_shadow_catcher"
 
 PASSES = (
     Pass("Depth", "Z", "use_pass_z", reading.depth, ("depth",)),
     Pass("Mist", "Z", "use_pass_mist", reading.mist, ("mist",)),
     Pass("Position", "XYZ", "use_pass_position", reading.middle, ("position",)),
     Pass("Normal", "XYZ", "use_pass_normal", reading.mean, ("normal",)),
-    Pass("Vector", "XYZW", "use_pass_vector", None),
+    Pass("Vector", "XYZW", "use_pass_vector", reading.speed, ("speed",)),
     Pass("UV", "UVA", "use_pass_uv", reading.mean, ("uv",)),
     Pass(
         "Object Index", "X", "use_pass_object_index", reading.middle, ("object_index",), "IndexOB"
@@ -79,7 +81,8 @@ PASSES = (
     Pass("Denoising Albedo", "RGB", STORES, reading.mean, ("albedo",)),
     Pass("Denoising Normal", "XYZ", STORES, reading.mean, ("bearing",)),
     Pass("Denoising Depth", "Z", STORES, reading.mean, ("reach",)),
-    Pass("Shadow Catcher", "RGB", "own.use_pass_shadow_catcher", reading.catcher),
+    Pass("Shadow Catcher", "RGB", CATCHER, reading.catcher),
+    Pass("Noisy Shadow Catcher", "RGB", CATCHER, reading.catcher, besides=IS_DENOISED),
     Pass("Debug Sample Count", "X", "own.pass_debug_sample_count", reading.samples),
     Pass("Render Time", "X", "own.pass_render_time", reading.milliseconds, ("seconds",)),
 )
@@ -87,14 +90,14 @@ BY_NAME = {each.name: each for each in PASSES}
 
 
 def wanted(layer: Layer) -> tuple[Pass, ...]:
-    """Return the passes of a layer that are drawn, with its own ones, but no cryptomattes."""
+    """Return the passes of a layer, with its own ones, but no cryptomattes."""
     found = [BY_NAME[name] for name in layer.passes]
     for name, is_colour in layer.aovs:
         sums = f"aov_color:{name}" if is_colour else f"aov_value:{name}"
         found.append(Pass(name, "RGBA" if is_colour else "X", "", reading.mean, (sums,)))
     for name in layer.light_groups:
         found.append(Pass(f"Combined_{name}", "RGB", "", reading.exposed, (f"group:{name}",)))
-    return tuple(each for each in found if each.read is not None)
+    return tuple(found)
 
 
 def sums_of(passes: tuple[Pass, ...]) -> tuple[str, ...]:

@@ -42,6 +42,12 @@ def middle(film: Film, exposure: float, name: str) -> Array:
     return film.middle(name)
 
 
+def speed(film: Film, exposure: float, name: str) -> Array:
+    """Return the mean of the samples that show anything."""
+    *total, count = film.total(name)
+    return np.stack(total) / np.maximum(count, 1.0)
+
+
 def depth(film: Film, exposure: float, name: str) -> Array:
     """Return the depth [m], of nothing a large one."""
     found = film.middle(name)

@@ -47,7 +47,8 @@ class Triangles:
     part (F,) counts into `traits`, None if all triangles have the first of them; objects are the
     flags of the instances; is_numbered: hits are told their instance; is_mapped: where on the
     triangle they are.  Of what moves, the above is where it is in the frame itself, and movement
-    tells where it is at any time; None if everything rests.
+    tells where it is at any time; None if everything rests.  frames: of what moves from frame to
+    frame, where it is in the one before, at time 0, and after, at time 1; None if nobody asks.
     """
 
     vertices: NDArray[np.float32]
@@ -63,6 +64,7 @@ class Triangles:
     is_numbered: bool = False
     is_mapped: bool = False
     movement: Movement | None = None
+    frames: Movement | None = None
 
     @property
     def count(self) -> int:
@@ -210,13 +212,15 @@ def compile_triangles(
     links_shadows: bool = False,
     is_numbered: bool = False,
     is_mapped: bool = False,
+    blurs: bool = True,
 ) -> tuple[Triangles | None, list[Note]]:
     """Flatten instances into one table about `origin` (3,) [m].
 
     `materials` maps id(material) to its number, with None's under id(None); `transparent` are
     the numbers of those that shadow rays may pass.  Blockers are told apart if `links_shadows`,
     hits are told their instance if `is_numbered` or an object's flags ask for it, and where on the
-    triangle they are if `is_mapped`.  Triangles
+    triangle they are if `is_mapped`.  What moves is blurred, unless `blurs` says that its motion is
+    that from frame to frame.  Triangles
     with a vertex that is not finite are left out and noted; so are, silently, those without
     area.  Tables are made in advance where more hits are expected than there are triangles.
     Raises: Cancelled; SceneError if the table would need more than `memory_limit` bytes.
@@ -271,12 +275,13 @@ def compile_triangles(
             first_normal = n.stop
         first_vertex, first = v.stop, f.stop
 
-    objects = compile_objects(instances)
+    objects = compile_objects(instances, blurs)
     traits, part = sort_into_parts(objects, ids[:, 2], ids[:, 0], transparent, links_shadows)
     is_numbered = is_numbered or objects.matter_to_hits
     own = vertices, corners, ids, vertex_normals, normals, None, None
     movement = compile_movement(instances, placed, origin)
-    triangles = Triangles(*own, objects, traits, part, is_numbered, is_mapped, movement)
+    motions = (movement, None) if blurs else (None, movement)
+    triangles = Triangles(*own, objects, traits, part, is_numbered, is_mapped, *motions)
     if count > hits_expected:
         return triangles, notes
     return _with_tables(triangles, should_stop), notes

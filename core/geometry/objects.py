@@ -73,8 +73,8 @@ class Traits:
 PLAIN = Traits()
 
 
-def compile_objects(instances: Sequence[Instance]) -> Objects:
-    """Return the flags of the instances as tables."""
+def compile_objects(instances: Sequence[Instance], blurs: bool = True) -> Objects:
+    """Return the flags of the instances as tables; nothing moves unless it `blurs`."""
     return Objects(
         np.array([i.seen_by.mask for i in instances], np.uint8),
         np.array([i.receiver_set for i in instances], np.uint8),
@@ -83,7 +83,7 @@ def compile_objects(instances: Sequence[Instance]) -> Objects:
         np.array([i.blockers for i in instances], np.uint64),
         np.array([i.is_holdout for i in instances], np.bool_),
         np.array([i.is_shadow_catcher for i in instances], np.bool_),
-        np.array([i.moves for i in instances], np.bool_),
+        np.array([blurs and i.moves for i in instances], np.bool_),
         _unless_all([i.terminator_geometry for i in instances], CUTOFF),
         _unless_all([i.terminator_shading for i in instances], 0.0),
     )

@@ -24,7 +24,7 @@ from .arrival import describe, retire
 from .catcher import Caught, catch, gather
 from .holdout import add_held_out, add_holdout, hold_out
 from .radiance import Radiance
-from .record import record
+from .record import record, record_far_away
 from .scatter import NO_RAYS, pass_straight, scatter, splits_lobes
 from .state import Paths, Rays
 
@@ -91,6 +91,7 @@ def _follow(
         found = np.flatnonzero(hits.triangle >= 0)
         emission.add_world(plan, rays, paths, hits, found, depth, radiance)
         emission.add_lamps(plan, rays, paths, hits, depth, radiance, tally)
+        record_far_away(plan, rays, paths, hits, radiance)
         if not found.size:
             break
 

@@ -14,7 +14,7 @@ from ..arrays import F32, Index, Scalar, Vec, dot, take
 from ..bsdf.diffuse import sample_about
 from ..film.cryptomatte import Seen, owners
 from ..film.ledger import LOBES, MATTE_NORMAL, Ledger
-from ..geometry.accel import FAR
+from ..geometry.accel import FAR, Hits
 from ..geometry.attributes import OPACITY, VECTOR
 from ..geometry.surface import Points
 from ..plan import Plan
@@ -27,7 +27,7 @@ from .direct import starts
 from .radiance import Radiance, weigh
 from .receiver import Receiver, Sample
 from .shadow import passed
-from .state import Paths
+from .state import Paths, Rays
 
 
 def record(
@@ -63,6 +63,11 @@ def record(
     if (row := ledger.row("uv")) is not None:
         some = np.flatnonzero(is_first)
         radiance.enter(row, _uv(plan, points.take(some)), slot.take(some))
+    if plan.speeds is not None and (row := ledger.row("speed")) is not None:
+        assert plan.triangles is not None
+        some = np.flatnonzero(is_first)
+        speed = plan.speeds.at(plan.triangles, points.take(some))
+        radiance.enter(row, _counted(speed), slot.take(some))
     if ledger.looks_once and plan.has_transparent:
         shown = np.zeros(paths.size, bool) if paths.shown is None else paths.shown.copy()
         shown[index] |= seen >= ledger.alpha_threshold
@@ -91,6 +96,18 @@ def record(
         radiance.enter(row, light if weight is None else light * weight, slot)
     tally.lap("film")
     return paths
+
+
+def record_far_away(plan: Plan, rays: Rays, paths: Paths, hits: Hits, radiance: Radiance) -> None:
+    """Write down what is seen where rays met nothing."""
+    if plan.speeds is None or plan.ledger is None or radiance.book is None:
+        return
+    row = plan.ledger.row("speed")
+    is_first = paths.is_straight & (hits.triangle < 0)
+    some = np.flatnonzero(is_first if paths.shown is None else is_first & ~paths.shown)
+    if row is not None and some.size:
+        speed = plan.speeds.far_away(rays.direction.take(some, axis=1))
+        radiance.enter(row, _counted(speed), paths.slots(some))
 
 
 def _alpha(plan: Plan, points: Points, arrival: Arrival) -> Vec | None:
@@ -151,6 +168,11 @@ def _uv(plan: Plan, points: Points) -> Vec:
     at = points.triangle, points.instance, points.u, points.v
     uv = attributes[ACTIVE_UV, VECTOR].at(*at)[:2]
     return np.concatenate([uv, attributes[ACTIVE_UV, OPACITY].at(*at)[:1]])
+
+
+def _counted(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return values (C, n) and, for each, 1 (C + 1, n)."""
+    return np.concatenate([values, np.ones((1, values.shape[1]), F32)])
 
 
 def _distance(plan: Plan, points: Points, arrival: Arrival) -> Scalar:

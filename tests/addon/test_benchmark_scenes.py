@@ -2,7 +2,7 @@
 
 import pytest
 
-from penumbra.benchmarks.scenes import SCENES
+from penumbra.benchmarks.scenes import EXAMPLES, SCENES
 
 BUILT = [s.name for s in SCENES if not s.example and s.reference]
 
@@ -71,3 +71,41 @@ def test_a_built_scene_holds_what_is_promised(blender, name):
     assert same == [12, 4, 4, 12] * 2, "both engines have Blender's own bounce limits"
     assert 50_000 <= width * height <= 130_000
     assert has_camera
+
+
+def describe_states(blend):
+    """What the core is told of each state of each feature of the cost table."""
+    import bpy
+    from inside import exported
+
+    import penumbra
+    from penumbra.benchmarks import costs
+
+    penumbra.register()
+    found = {}
+    for feature in costs.FEATURES:
+        for state in feature.states():
+            bpy.ops.wm.open_mainfile(filepath=str(blend))
+            scene = bpy.context.scene
+            scene.render.engine, scene.render.use_motion_blur = "PENUMBRA", False
+            scene.penumbra.use_denoising = scene.penumbra.use_adaptive_sampling = False
+            scene.penumbra.pixel_filter_type = "BOX"
+            feature.apply(state, scene)
+            told, settings = exported()
+            view = told.camera
+            found[feature.name, state] = (
+                repr((told.layer, told.film_transparent, view.aperture, view.panorama, settings)),
+                bool(view.motion) or any(each.moves for each in told.instances),
+            )
+    return {each.name: each.states() for each in costs.FEATURES}, found
+
+
+def test_every_feature_of_the_cost_table_is_turned_on_and_nothing_moves_unused(blender):
+    states, found = blender(describe_states, EXAMPLES / "cornell_box.blend")
+    for name, has in states.items():
+        moves = name.startswith("motion blur") or name == "vector"
+        assert (found[name, "on"] != found[name, "bare"]) and found[name, "on"][1] == moves, name
+        if "unused" in has:
+            described, moved = found[name, "unused"]
+            assert not moved, name
+            assert name.startswith("motion blur") or described != found[name, "plain"][0], name

@@ -62,7 +62,7 @@ def test_a_denoised_picture_is_nearer_to_the_truth(found, name):
     exposure = 2.0 if name == "RGB_ALBEDO_NORMAL" else 1.0
     assert error(found, name, exposure) < 0.6 * error(found, "noisy")
     assert (found[name][0][..., 3] == found["noisy"][0][..., 3]).all()
-    assert not any("Denoising" in what for what in found[name][2])
+    assert not any("Use Denoising" in what for what in found[name][2])
 
 
 def guided():
@@ -113,7 +113,7 @@ def test_guides_are_summed_for_the_denoiser_alone_too(found):
 
 def test_parts_of_the_samples_and_layers_that_say_so_keep_their_noise(found):
     for name, sentence in (("subset", "until it is merged"), ("layer", None)):
-        whats = [what for what in found[name][2] if "Denoising" in what]
+        whats = [what for what in found[name][2] if "Use Denoising" in what]
         assert len(whats) == (sentence is not None)
         assert sentence is None or sentence in whats[0]
     np.testing.assert_allclose(found["layer"][0], found["noisy"][0], rtol=1e-5, atol=1e-6)
@@ -184,7 +184,7 @@ def without_the_library():
 
 def test_without_the_library_the_picture_keeps_its_noise_and_says_so(blender):
     notes, is_off, keeps_no_book = blender(without_the_library)
-    assert [what for what in notes if "Denoising" in what] == [
+    assert [what for what in notes if "Use Denoising" in what] == [
         "Use Denoising: OpenImageDenoise is not there: the picture keeps its noise"
     ]
     assert is_off

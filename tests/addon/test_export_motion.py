@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 
-def animated(shutter=1.0, position="CENTER", blurs=True):
+def animated(shutter=1.0, position="CENTER", blurs=True, asks_for_vectors=False):
     """Everything that can move, in frame 1 between keys at 0 and 2; return the core's scene."""
     import bpy
     from inside import add, empty_scene, exported, mesh
@@ -23,6 +23,7 @@ def animated(shutter=1.0, position="CENTER", blurs=True):
 
     scene = empty_scene()
     scene.render.use_motion_blur = blurs
+    scene.view_layers[0].use_pass_vector = asks_for_vectors
     scene.render.motion_blur_shutter = shutter
     scene.render.motion_blur_position = position
     add("Rest", mesh())
@@ -154,6 +155,36 @@ def test_without_motion_blur_nothing_moves(blender):
     assert found.camera.motion == () and found.shutter is None
 
 
+@pytest.fixture(scope="module")
+def from_frame_to_frame(blender):
+    return blender(animated, 0.5, "START", False, True)
+
+
+def test_for_vectors_all_objects_are_read_in_the_frames_before_and_after(from_frame_to_frame):
+    found, *frame = from_frame_to_frame
+    things = by_name(found)
+    assert found.spans_frames and found.shutter is None and frame == [1, 0.0]
+    np.testing.assert_allclose(path(things["Mover"])[:, 0], (-2, 0, 2), atol=1e-6)
+    np.testing.assert_allclose(path(things["Still"])[:, 1], (-2, 0, 2), atol=1e-6)
+    np.testing.assert_allclose(path(things["Inner"])[:, 2], (-1, 0, 1), atol=1e-6)
+    for name in ("Bent", "Stiff"):
+        shapes = things[name].mesh.deformation.positions
+        np.testing.assert_allclose(shapes[:, 2, 2], (0, 0.5, 1), atol=1e-6)
+    assert len(things["Fine"].motion) == 3
+    assert things["Rest"].motion is None and things["Lamp"].motion is None
+
+
+def test_for_vectors_the_camera_zooms_from_frame_to_frame(from_frame_to_frame):
+    widths = [step.window[1] - step.window[0] for step in from_frame_to_frame[0].camera.motion]
+    np.testing.assert_allclose(widths, [36 / lens for lens in (30, 40, 50)], rtol=1e-5)
+
+
+def test_faces_that_change_have_no_vectors_and_are_noted(from_frame_to_frame):
+    notes = [(note.owner, note.what) for note in from_frame_to_frame[0].notes]
+    text = "its faces change from frame to frame: Vector does not show its deformation"
+    assert notes == [("Object 'Growing'", text)]
+
+
 def curve_scene():
     from inside import add, empty_scene, exported, mesh
 
@@ -175,11 +206,12 @@ def test_the_curve_of_the_shutter_is_read(blender):
     assert len(curve) == 256
 
 
-def flying():
+def flying(blurs=True):
     from inside import add, empty_scene, exported, mesh
 
     scene = empty_scene()
-    scene.render.use_motion_blur = True
+    scene.render.use_motion_blur = blurs
+    scene.view_layers[0].use_pass_vector = not blurs
     scene.render.motion_blur_shutter = 0.5
     scene.render.fps = 25
     data = mesh()
@@ -194,3 +226,9 @@ def test_the_velocity_of_vertices_takes_the_place_of_other_frames(blender):
     (spray,) = blender(flying).instances
     moved = spray.mesh.deformation.positions - spray.mesh.positions
     np.testing.assert_allclose(moved[:, :, 0], [[-0.5] * 3, [0.5] * 3], atol=1e-6)
+
+
+def test_for_vectors_velocity_counts_from_frame_to_frame(blender):
+    (spray,) = blender(flying, False).instances
+    moved = spray.mesh.deformation.positions - spray.mesh.positions
+    np.testing.assert_allclose(moved[:, :, 0], [[-2.0] * 3, [2.0] * 3], atol=1e-6)

@@ -170,22 +170,53 @@ def test_layers_override_exclude_hold_out_and_hide(layers):
         np.testing.assert_allclose(picture[:, 6], [right] * 8, atol=1e-5, err_msg=layer)
 
 
-def asks_for_vectors():
+def asks_for_much():
     from inside import exported
 
     scene = two_squares()
     layer = scene.view_layers[0]
-    layer.use_pass_vector = layer.use_pass_normal = True
+    layer.use_pass_subsurface_color = layer.use_pass_normal = True
     layer.aovs.add().name = "Mine"
     described, _ = exported()
     return [(note.owner, note.what) for note in described.notes], described.layer
 
 
 def test_a_pass_that_is_not_drawn_is_named(blender):
-    notes, layer = blender(asks_for_vectors)
-    assert notes == [("View layer 'ViewLayer'", "pass Vector is not drawn")]
-    assert layer.passes == ("Normal", "Vector")
+    notes, layer = blender(asks_for_much)
+    assert notes == [("View layer 'ViewLayer'", "pass Subsurface Color is not drawn")]
+    assert layer.passes == ("Normal",)
     assert layer.aovs == (("Mine", True),)
+
+
+def asks_cycles(store, catches, denoises):
+    import bpy
+    from inside import exported
+
+    scene = two_squares()
+    layer = scene.view_layers[0]
+    scene.penumbra.use_denoising = denoises
+    layer.penumbra.denoising_store_passes = store
+    layer.penumbra.use_pass_shadow_catcher = catches
+    layer.cycles.use_pass_volume_direct = store
+    described, _ = exported()
+    return {note.what for note in described.notes}, described.layer.passes, bpy.app.version
+
+
+def test_passes_that_only_cycles_has_are_named(blender):
+    notes, _, version = blender(asks_cycles, True, False, False)
+    expected = {"pass Volume Direct is not drawn"}
+    if version >= (5, 2):
+        names = "Denoising Roughness", "Denoising Specular Albedo"
+        expected |= {f"pass {name} is not drawn" for name in names}
+    assert notes == expected
+
+
+def test_a_shadow_catcher_pass_has_a_noisy_one_beside_it_where_the_picture_is_denoised(blender):
+    notes, passes, _ = blender(asks_cycles, False, True, True)
+    assert passes == ("Noisy Image", "Shadow Catcher", "Noisy Shadow Catcher")
+    assert "pass Shadow Catcher is not denoised" in notes
+    notes, passes, _ = blender(asks_cycles, False, True, False)
+    assert passes == ("Shadow Catcher",) and not notes
 
 
 def from_cycles():

@@ -120,7 +120,7 @@ def test_panels_show_all_options_that_are_honoured_and_no_others(blender):
         "fisheye_lens",
         "fisheye_fov",
     ]
-    flags = [each.flag.removeprefix("own.") for each in PASSES if each.read is not None]
+    flags = [each.flag.removeprefix("own.") for each in PASSES]
     assert found.pop("VIEWLAYER_PT_penumbra_passes") == [
         *dict.fromkeys(flags),
         "pass_alpha_threshold",

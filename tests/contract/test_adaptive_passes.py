@@ -16,12 +16,12 @@ from tests.support.passes import every_kind_of_surface, half_clear
 LIGHT = tuple(
     each.name for each in PASSES if "Direct" in each.name or "Indirect" in each.name
 ) + tuple(name for name in BY_NAME if name.endswith("Color"))
-# All that are drawn from samples: neither time nor what is there for shadow catchers only
+# All that are drawn from samples: neither time nor what is there for shadow catchers or motion only
 NAMES = tuple(
     each.name
     for each in PASSES
-    if each.read is not None
-    and each.name not in ("Shadow Catcher", "Render Time", "Debug Sample Count")
+    if each.name
+    not in ("Shadow Catcher", "Noisy Shadow Catcher", "Vector", "Render Time", "Debug Sample Count")
 )
 EVERYTHING = Layer(passes=NAMES, mattes=MATTES, light_groups=("lamp", "world"))
 ADAPTIVE = {

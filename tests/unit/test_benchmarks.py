@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from penumbra.benchmarks import built, reference
+from penumbra.benchmarks import built, costs, reference
 from penumbra.benchmarks.__main__ import reached
 from penumbra.benchmarks.errors import Curve, ratio_at_equal_error
 from penumbra.benchmarks.scenes import SCENES, THRESHOLDS
@@ -42,6 +42,26 @@ def test_a_curve_that_is_four_times_as_fast_has_the_ratio_four():
     ratio = ratio_at_equal_error(Curve(seconds, errors), Curve([s / 4 for s in seconds], errors))
     assert ratio["method"] == "interpolated"
     assert ratio["ratio"] == pytest.approx(4)
+
+
+def test_the_cost_of_a_feature_is_the_median_ratio_to_the_same_scene_without_it():
+    seconds = {"plain": [1.0, 2.0, 4.0], "unused": [1.1, 2.2, 9.0]}
+    seconds |= {"bare": [2.0, 2.0, 2.0], "on": [5.0, 3.0, 4.0]}
+    assert costs.ratios(seconds) == {"unused": pytest.approx(1.1), "on": pytest.approx(2.0)}
+    always = {"bare": [1.0], "on": [3.0]}
+    assert costs.ratios(always) == {"unused": None, "on": 3.0}
+
+
+def test_a_feature_is_turned_on_and_used_where_its_state_says():
+    done = []
+    feature = costs.Feature("x", lambda _: done.append("on"), lambda _: done.append("used"))
+    found = {}
+    for state in feature.states():
+        feature.apply(state, None)
+        found[state], done[:] = list(done), []
+    assert found == {"plain": [], "unused": ["on"], "bare": ["used"], "on": ["used", "on"]}
+    assert costs.Feature("x", done.append).states() == ("bare", "on")
+    assert len(costs.BY_NAME) == len(costs.FEATURES)
 
 
 @pytest.mark.parametrize("scene", [s for s in SCENES if s.reference], ids=lambda s: s.name)

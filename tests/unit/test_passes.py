@@ -17,6 +17,7 @@ from tests.support.scenes import (
     affine,
     diffuse,
     emission,
+    glass,
     look_at,
     node,
     orthographic,
@@ -59,7 +60,7 @@ def test_the_light_passes_add_up_to_the_picture(splitting, limit):
 
 def test_passes_do_not_change_the_picture():
     everything = Layer(
-        passes=tuple(each.name for each in PASSES if each.read is not None and each.name != "UV"),
+        passes=tuple(each.name for each in PASSES if each.name != "UV"),
         mattes=MATTES,
         light_groups=("A",),
     )
@@ -168,6 +169,16 @@ def test_a_normal_pass_shows_the_normals_that_shaders_have():
     found = shown(Layer(passes=("Normal",)), *from_above(floor))
     half = np.sqrt(0.5)
     np.testing.assert_allclose(found["Normal"], [[(half, 0, half)] * 8] * 8, atol=1e-6)
+
+
+@pytest.mark.parametrize(("surface", "notes"), [(glass(), 1), (diffuse(), 0)])
+def test_guides_that_mirrors_and_glass_hide_are_noted(surface, notes):
+    floor = put(quad((9, 0, 0), (0, 9, 0)), surface)
+    view, thing = from_above(floor)
+    asked = Layer(passes=("Denoising Albedo", "Denoising Normal", "Denoising Depth"))
+    plans = [compile_plan(scene(view, thing, layer=each), DEFAULTS) for each in (asked, Layer())]
+    assert ["not what is seen in them" in note.what for note in plans[0].notes] == [True] * notes
+    assert not plans[1].notes
 
 
 def test_guides_of_the_denoiser_mix_what_is_seen_behind_each_other():
