@@ -45,6 +45,17 @@ PANELS: tuple[tuple[str, str, str, str, tuple[tuple[str, ...], ...]], ...] = (
         ),
     ),
     (
+        "OBJECT_PT_penumbra_stars",
+        "Stars",
+        "object",
+        "object",
+        (
+            ("", "penumbra.use_stars"),
+            ("", "penumbra.star_strength"),
+            ("", "penumbra.star_temperature"),
+        ),
+    ),
+    (
         "OBJECT_PT_penumbra_terminator",
         "Shadow Terminator",
         "object",
@@ -101,6 +112,23 @@ PANELS: tuple[tuple[str, str, str, str, tuple[tuple[str, ...], ...]], ...] = (
             ("Sampling", "cycles.sampling_method"),
             ("Cast Shadow", "cycles.use_shadows"),
             ("", *_BOUNCES),
+        ),
+    ),
+    (
+        "WORLD_PT_penumbra_stars",
+        "Stars",
+        "world",
+        "world",
+        (
+            ("", "penumbra.use_stars"),
+            ("", "penumbra.star_count"),
+            ("", "penumbra.star_seed"),
+            ("", "penumbra.star_strength"),
+            ("", "penumbra.star_brightest"),
+            ("", "penumbra.star_faintest"),
+            ("", "penumbra.star_slope"),
+            ("", "penumbra.star_temperature"),
+            ("", "penumbra.star_temperature_spread"),
         ),
     ),
 )

@@ -86,6 +86,68 @@ _OBJECT_MOTION = (
         maximum=7,
     ),
 )
+_STARS = (
+    Option(
+        "use_stars",
+        False,
+        "Stars",
+        "Its points are drawn as stars, smaller than any pixel, in place of its faces",
+    ),
+    Option(
+        "star_strength",
+        1.0,
+        "Strength",
+        "Power of a star in watts, as of a point light; the attribute star_strength of a point "
+        "is a factor on it",
+        minimum=0.0,
+    ),
+    Option(
+        "star_temperature",
+        0.0,
+        "Temperature",
+        "Colour of the stars as black bodies in kelvins, white if 0; a point's own one is its "
+        "attribute star_temperature, and star_color tints it",
+        minimum=0.0,
+    ),
+)
+_STAR_FIELD = (
+    Option("use_stars", False, "Stars", "The world has stars all around, which the camera sees"),
+    Option("star_count", 9000, "Count", "Number of stars, all around", minimum=0, maximum=10**7),
+    Option("star_seed", 0, "Seed", "Gives other stars", minimum=0),
+    Option(
+        "star_strength",
+        1.0,
+        "Strength",
+        "Irradiance of a star of magnitude 0, in microwatts per square metre; 0.025 on Earth",
+        minimum=0.0,
+    ),
+    Option("star_brightest", -1.5, "Brightest", "Magnitude of the brightest stars"),
+    Option("star_faintest", 6.5, "Faintest", "Magnitude of the faintest stars"),
+    Option(
+        "star_slope",
+        0.5,
+        "Slope",
+        "With each magnitude there are 10^slope times as many stars: 0.6 in an even universe",
+        minimum=0.0,
+        maximum=2.0,
+    ),
+    Option(
+        "star_temperature",
+        6500.0,
+        "Temperature",
+        "Middle of the stars' temperatures in kelvins",
+        minimum=800.0,
+        maximum=12000.0,
+    ),
+    Option(
+        "star_temperature_spread",
+        0.5,
+        "Spread",
+        "How far temperatures differ from the middle, as a share of it",
+        minimum=0.0,
+        maximum=1.0,
+    ),
+)
 _LAMP_MOTION = Option(
     "use_motion_blur",
     False,
@@ -134,10 +196,10 @@ _CHANGE_PASSES = {option.name for option in _LAYER}
 # (owner, name of the group's class, its options)
 GROUPS: tuple[tuple[Any, str, tuple[Option, ...]], ...] = (
     (bpy.types.Scene, "PenumbraSceneSettings", OPTIONS + VIEWPORT),
-    (bpy.types.Object, "PenumbraObjectSettings", _OBJECT_MOTION),
+    (bpy.types.Object, "PenumbraObjectSettings", _OBJECT_MOTION + _STARS),
     (bpy.types.Light, "PenumbraLightSettings", (_LIGHT_BOUNCES, _LAMP_MOTION)),
     (bpy.types.Material, "PenumbraMaterialSettings", ()),
-    (bpy.types.World, "PenumbraWorldSettings", (_LIGHT_BOUNCES,)),
+    (bpy.types.World, "PenumbraWorldSettings", (_LIGHT_BOUNCES, *_STAR_FIELD)),
     (bpy.types.Camera, "PenumbraCameraSettings", ()),
     (bpy.types.ViewLayer, "PenumbraLayerSettings", _LAYER),
 )

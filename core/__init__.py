@@ -17,6 +17,8 @@ from .scene import (
     RayKinds,
     Scene,
     SceneError,
+    StarField,
+    Stars,
     World,
 )
 from .settings import OPTIONS, Option, Settings
@@ -43,6 +45,8 @@ __all__ = [
     "Scene",
     "SceneError",
     "Settings",
+    "StarField",
+    "Stars",
     "World",
     "compile_plan",
     "render",

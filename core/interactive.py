@@ -222,7 +222,7 @@ class Renderer:
     def _compile(self, asked: Asked, size: int, samples: int | None = None) -> Plan:
         """Return the plan for pixels of `size`; a compilation is ended only by `close`."""
         scene, settings = asked.scene, asked.settings
-        if scene.instances:
+        if scene.instances and not scene.stars:
             scene = replace(scene, camera=_nearer(scene.camera, self._box(scene)))
         camera = coarser(scene.camera, size)
         if samples is not None:

@@ -27,6 +27,7 @@ from .shading import (
     WorldShader,
 )
 from .shutter import CompiledShutter
+from .stars import StarPlan
 from .statistics import Preparation
 
 
@@ -103,6 +104,7 @@ class Plan:
     world_casts_shadow: bool  # of such samples
     lamps_seen_by: int  # ray kinds that lamps let see them
     kinds_that_meet_light: int  # ray kinds that can run into light of any sort
+    stars: StarPlan | None
     alone: "Plan | None"  # the shadow catchers as if there was nothing else
 
     notes: tuple[Note, ...]
@@ -187,6 +189,7 @@ class Plan:
             "transparency": self.has_transparent,
             "glowing surfaces": bool(surfaces.glows.any()),
             "choice among lights": self.lights is not None and self.lights.chooses,
+            "stars": self.stars is not None,
             "sampled world": self.environment is not None,
             "multiple importance sampling": self.needs_pdf,
             "light linking": self.links_lights or self.links_shadows,

@@ -30,6 +30,7 @@ from .scene import Note
 from .statistics import Tally, peak_memory, summary
 from .transport.middle import look
 from .transport.path import trace
+from .transport.stars import Drawn, add_stars
 from .transport.state import Paths, Rays
 
 TICK = 0.05  # seconds between two looks at the caller
@@ -132,8 +133,28 @@ def render(
     batches = schedule.batches()
     more, pauses, timed_out = True, False, False
     begun, fraction = 0, 0.0
+
+    def progress() -> Progress:
+        return Progress(
+            total.samples / max(pixels, 1),
+            plan.samples[1] - plan.samples[0],
+            fraction,
+            perf_counter() - start,
+            total.rays,
+            film,
+            plan.exposure,
+            plan,
+        )
+
+    def wait_for(future: Future[Drawn]) -> None:
+        wait([future], timeout=TICK)
+        if on_tick is not None and on_tick(progress()):
+            stop.set()
+
     with ThreadPoolExecutor(workers, thread_name_prefix="penumbra") as pool:
         try:
+            if plan.stars is not None:
+                add_stars(plan, film, pool, workers, total, stop, wait_for)
             while more and not stop.is_set() or queue:
                 # Keep every worker busy, with a little in store.
                 while more and len(queue) < 2 * workers and not stop.is_set():
@@ -157,17 +178,7 @@ def render(
                 seconds = perf_counter() - start
                 timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
                 fraction = max(fraction, total.samples / max(schedule.expected, 1))
-                progress = Progress(
-                    total.samples / max(pixels, 1),
-                    plan.samples[1] - plan.samples[0],
-                    fraction,
-                    seconds,
-                    total.rays,
-                    film,
-                    plan.exposure,
-                    plan,
-                )
-                if timed_out or (on_tick is not None and on_tick(progress)):
+                if timed_out or (on_tick is not None and on_tick(progress())):
                     stop.set()
         except BaseException:
             stop.set()
@@ -194,7 +205,7 @@ def _denoise(how: Denoising, film: Film, threads: int) -> tuple[Note, ...]:
     albedo = film.shaped(film.mean("albedo").clip(0, 1)) if how.has_albedo else None
     normal = film.shaped(film.mean("bearing")) if how.has_normal else None
     try:
-        film.denoised = denoise(film.noisy(1.0)[..., :3], albedo, normal, how, threads)
+        film.denoised = denoise(film.sampled(1.0)[..., :3], albedo, normal, how, threads)
     except DenoiseError as error:
         return (Note("Render settings", f"Use Denoising: {error}: the picture keeps its noise"),)
     return ()

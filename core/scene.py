@@ -342,6 +342,68 @@ class Lamp:
 
 
 @dataclass(frozen=True, eq=False)
+class Stars:
+    """Points that shine and are smaller than any pixel: vertices of a mesh without its faces.
+
+    intensity (V, 3) [W/sr] of each vertex; to_world and motion as of `Instance`.
+    """
+
+    name: str
+    mesh: Mesh
+    to_world: NDArray[np.float64]
+    intensity: NDArray[np.float32]
+    light_group: str = ""
+    motion: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        owner = f"Object '{self.name}'"
+        _affine(owner, self.to_world)
+        _motion(owner, self.motion)
+        expected = (len(self.mesh.positions), 3)
+        if self.intensity.shape != expected:
+            shape = self.intensity.shape
+            raise SceneError(f"{owner}: its stars' light has shape {shape}, expected {expected}")
+        for what, array in (("place", self.mesh.positions), ("light", self.intensity)):
+            bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+            if bad.size:
+                raise SceneError(f"{owner}: the {what} of star {bad[0]} is not a finite number")
+
+
+@dataclass(frozen=True)
+class StarField:
+    """Stars all around, infinitely far away, placed and coloured by chance.
+
+    irradiance [W/m2] is that of a star of magnitude 0; `slope`: there are 10^slope times as many
+    stars with each magnitude more, of those from the brightest to the faintest.  temperature [K];
+    spread, 0 to 1, of 1 / temperature about its middle.  rgb_of_xyz: rows of the matrix to the
+    scene's colours, from XYZ.
+    """
+
+    count: int
+    irradiance: float
+    seed: int = 0
+    brightest: float = -1.5
+    faintest: float = 6.5
+    slope: float = 0.5
+    temperature: float = 6500.0
+    spread: float = 0.5
+    rgb_of_xyz: tuple[Colour, Colour, Colour] = (
+        (3.2404542, -1.5371385, -0.4985314),
+        (-0.9692660, 1.8760108, 0.0415560),
+        (0.0556434, -0.2040259, 1.0572252),
+    )
+
+    def __post_init__(self) -> None:
+        names = "irradiance", "brightest", "faintest", "slope", "temperature", "spread"
+        _numbers("World: its stars", self, **dict.fromkeys(names, 1))
+        if self.count < 0 or self.temperature <= 0 or self.slope < 0 or self.irradiance < 0:
+            raise SceneError(
+                "World: its stars need a count, irradiance and slope of 0 or more, and a "
+                "temperature above 0"
+            )
+
+
+@dataclass(frozen=True, eq=False)
 class World:
     """What rays meet that leave the scene: a shader (Background), or black."""
 
@@ -353,6 +415,7 @@ class World:
     casts_shadow: bool = True  # of those rays
     occlusion_distance: float = np.inf  # how far Ambient Occlusion looks by default [m]
     light_group: str = ""
+    stars: StarField | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -426,6 +489,7 @@ class Scene:
     notes: tuple[Note, ...] = ()
     shutter: NDArray[np.float64] | None = None
     spans_frames: bool = False
+    stars: tuple[Stars, ...] = ()
 
     def __post_init__(self) -> None:
         if self.spans_frames and len(self.camera.motion) not in (0, 3):

@@ -27,6 +27,7 @@ ORDER = (
     "core/lights/",
     "core/transport/",
     "core/film/",
+    "core/stars/",
     "core/",
     "addon/",
 )

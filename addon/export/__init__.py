@@ -26,6 +26,7 @@ from ...core.scene import (
     Mesh,
     Note,
     Scene,
+    Stars,
     World,
 )
 from ...core.shading.attributes import attributes_wanted
@@ -52,6 +53,7 @@ from .motion import (
     read_shutter,
     read_wish,
 )
+from .stars import export_points
 from .view import Frame, export_camera, read_frame
 from .viewport import EVERYTHING, Viewport
 from .visibility import read_flags, read_light_flags, read_links
@@ -69,7 +71,7 @@ LIGHT_ONLY = Layer()
 _POLLED = 256  # instances between two looks at the Escape key
 _NOT_RENDERED = {
     "CURVES": "hair curves are not rendered",
-    "POINTCLOUD": "point clouds are not rendered",
+    "POINTCLOUD": "point clouds are not rendered but as stars",
     "VOLUME": "volumes are not rendered",
 }
 
@@ -140,6 +142,7 @@ def _read(
         frame=scene.frame_current,
         layer=layer,
         notes=tuple(dict.fromkeys(notes)),
+        stars=tuple(content.stars),
     )
     return still, content
 
@@ -190,19 +193,22 @@ def _moved(
     should_stop: Callable[[], bool],
 ) -> Scene:
     """Return the scene with all that moves while the shutter is open."""
-    tracks = {key: content.tracks[key] for key in (*content.instance_keys, *content.lamp_keys)}
+    keys = *content.instance_keys, *content.lamp_keys, *content.star_keys
+    tracks = {key: content.tracks[key] for key in keys}
     way = engine, depsgraph, frame, should_stop
     camera = _move_camera(still.camera, shutter, tracks, *way)
     notes = list(still.notes)
     moved = Moved(shutter, notes)
     instances = zip(still.instances, content.instance_keys, strict=True)
     lamps = zip(still.lamps, content.lamp_keys, strict=True)
+    stars = zip(still.stars, content.star_keys, strict=True)
     return replace(
         still,
         camera=camera,
         spans_frames=not shutter.blurs,
         instances=tuple(moved.instance(each, tracks[key]) for each, key in instances),
         lamps=tuple(moved.lamp(each, tracks[key]) for each, key in lamps),
+        stars=tuple(moved.instance(each, tracks[key]) for each, key in stars),
         notes=tuple(dict.fromkeys(notes)),
     )
 
@@ -214,6 +220,14 @@ class _Shown(NamedTuple):
     mesh: Mesh
     materials: tuple[Material, ...]
     flags: dict[str, Any]
+    wish: Wish | None
+    source: Exported | None
+
+
+class _Starry(NamedTuple):
+    """The same of an object of stars, which are not in the world yet."""
+
+    stars: Stars
     wish: Wish | None
     source: Exported | None
 
@@ -251,6 +265,9 @@ class _Content:
         self.tracks: dict[Key, Track] = {}
         self.instance_keys: list[Key] = []
         self.lamp_keys: list[Key] = []
+        self.stars: list[Stars] = []
+        self.points: dict[tuple[int, int, int], _Starry | None] = {}
+        self.star_keys: list[Key] = []
         self.materials: dict[int, Material] = {}
         self.shown: dict[tuple[int, int, int], _Shown | None] = {}
         self.lights: dict[tuple[int, int], Light | None] = {}
@@ -272,7 +289,13 @@ class _Content:
         if address not in self.noted:
             self.noted.add(address)
             self.notes.extend(_object_notes(source))
-        if kind in _NOT_RENDERED:
+        if kind in ("MESH", "POINTCLOUD") and object.penumbra.use_stars:
+            if item.show_self and self.surfaces:
+                key = address, object.data.as_pointer(), made_by
+                if key not in self.points:
+                    self.points[key] = self.read_stars(object, parent)
+                self.add_stars(self.points[key], _affine(item.matrix_world), known_by)
+        elif kind in _NOT_RENDERED:
             self.notes.append(Note(f"Object '{object.name}'", _NOT_RENDERED[kind]))
         elif kind == "LIGHT" and item.show_self and self.view.has_lights:
             if (address, made_by) not in self.lights:
@@ -298,6 +321,37 @@ class _Content:
                 if wish is not None:
                     self.tracks[known_by] = Track(wish, exported)
                     self.instance_keys.append(known_by)
+
+    def read_stars(
+        self, object: bpy.types.Object, parent: bpy.types.Object | None
+    ) -> _Starry | None:
+        """Return what all instances of an object of stars have in common.
+
+        None if the camera sees none.
+        """
+        flags = read_flags(object, parent, self.view_layer, self.links)
+        if not flags["seen_by"].camera or flags["is_holdout"]:
+            return None
+        exported, light = export_points(object, self.notes)
+        if not len(light):
+            return None
+        stars = Stars(object.name, exported.mesh, np.eye(3, 4), light, flags["light_group"])
+        if not self.moves:
+            return _Starry(stars, None, None)
+        wish = read_wish(object, parent)
+        source = exported if may_deform(object) and wish.velocity is None else None
+        return _Starry(stars, wish, source)
+
+    def add_stars(
+        self, shown: _Starry | None, to_world: NDArray[np.float64], known_by: Key
+    ) -> None:
+        """Take an instance of an object of stars."""
+        if shown is None:
+            return
+        self.stars.append(replace(shown.stars, to_world=to_world))
+        if shown.wish is not None:
+            self.tracks[known_by] = Track(shown.wish, shown.source)
+            self.star_keys.append(known_by)
 
     def read_light(self, object: bpy.types.Object, parent: bpy.types.Object | None) -> Light | None:
         """Return what all instances have in common that `parent` makes of a light object."""

@@ -51,8 +51,13 @@ def export_mesh_with_corners(mesh: bpy.types.Mesh, names: Collection[str] = ()) 
 def export_shape(
     mesh: bpy.types.Mesh, like: Exported
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None] | None:
-    """Return positions and normals of a mesh at another time; None if its faces are others."""
+    """Return positions and normals of a mesh at another time; None if its faces are others.
+
+    Of points without faces, see `stars`, positions alone.
+    """
     before, corners = like
+    if not len(before.triangles):
+        return _points(mesh, before)
     if len(mesh.vertices) != len(before.positions) or not len(mesh.polygons):
         return None
     corner_vertex = read_items(mesh.attributes[".corner_vert"].data, "value", np.int32)
@@ -66,6 +71,16 @@ def export_shape(
     if len(set(same)) > 1:
         normals = None
     return positions, normals
+
+
+def _points(
+    data: bpy.types.Mesh | bpy.types.PointCloud, before: Mesh
+) -> tuple[NDArray[np.float32], None] | None:
+    """Return the positions of points at another time; None if there are others."""
+    attribute = data.attributes.get("position")
+    if attribute is None or len(attribute.data) != len(before.positions):
+        return None
+    return read_items(attribute.data, "vector", np.float32, 3), None
 
 
 def _export(

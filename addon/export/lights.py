@@ -27,6 +27,7 @@ from ...core.scene import Colour, Label, Lamp, Node, Note, RayKinds, World
 from ..properties import read_max_bounces
 from .images import Images
 from .materials import active_tree, export_tree
+from .stars import export_field
 
 _WHITE = (1.0, 1.0, 1.0)
 
@@ -172,4 +173,5 @@ def export_world(
         casts_shadow=getattr(cycles, "use_shadows", True),
         occlusion_distance=world.light_settings.distance,
         light_group=world.lightgroup,
+        stars=export_field(world),
     )

@@ -13,15 +13,17 @@ one, of all objects, whether they are to be blurred or not (Cycles).
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.scene import Camera, Cancelled, Deformation, Instance, Lamp, Mesh, Note
+from ...core.scene import Camera, Cancelled, Deformation, Instance, Lamp, Mesh, Note, Stars
 from ..properties import read_own
 from .geometry import Exported, export_shape
+
+T = TypeVar("T", Instance, Stars)
 
 Key = tuple[Any, ...]
 Step = int  # a time: so many of FINEST steps after the shutter opens
@@ -175,7 +177,9 @@ def may_deform(object: bpy.types.Object) -> bool:
 
 def _velocity(object: bpy.types.Object, deforms: bool) -> NDArray[np.float32] | None:
     """Return the attribute of this name, of simulations whose vertices are others each frame."""
-    found = object.data.attributes.get("velocity") if deforms and object.type == "MESH" else None
+    if not deforms or object.type not in ("MESH", "POINTCLOUD"):
+        return None
+    found = object.data.attributes.get("velocity")
     if found is None or found.domain != "POINT" or found.data_type != "FLOAT_VECTOR":
         return None
     values = np.empty(3 * len(found.data), np.float32)
@@ -251,7 +255,8 @@ def _read(
     data = item.object.data
     key = data.as_pointer(), id(source)
     if key not in meshes:
-        meshes[key] = None if data.is_editmode else export_shape(data, source)
+        is_edited = getattr(data, "is_editmode", False)
+        meshes[key] = None if is_edited else export_shape(data, source)
     track.shapes[step] = meshes[key]
 
 
@@ -262,8 +267,8 @@ class Moved:
         self.notes, self.shutter = notes, shutter
         self._meshes: dict[Any, Mesh] = {}
 
-    def instance(self, instance: Instance, track: Track) -> Instance:
-        """Return an instance with its motion; what is not blurred, at the middle of the time."""
+    def instance(self, instance: T, track: Track) -> T:
+        """Return an instance or stars in motion; what is not blurred, at the middle of the time."""
         motion = track.motion()
         to_world = instance.to_world
         if motion is None:
@@ -280,7 +285,7 @@ class Moved:
             self.notes.append(Note(f"Light '{lamp.name}'", text))
         return replace(lamp, motion=motion)
 
-    def _mesh(self, instance: Instance, track: Track) -> Mesh:
+    def _mesh(self, instance: Instance | Stars, track: Track) -> Mesh:
         mesh, wish = instance.mesh, track.wish
         if wish.velocity is not None and len(wish.velocity) == len(mesh.positions):
             key: Any = id(mesh), "velocity"

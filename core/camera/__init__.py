@@ -7,6 +7,7 @@ pixel filter is importance-sampled: a sample's position is drawn from the filter
 a pixel weigh the same (Ernst et al. 2006, "Filter Importance Sampling").
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -87,6 +88,14 @@ class CompiledCamera:
         py = self.offsets.take((v * F32(FILTER_ENTRIES)).astype(np.int32), mode="clip")
         px += x
         py += y
+        found = self.through(px, py, lens_u, lens_v)
+        check("camera", origin=found.origin, direction=found.direction)
+        return found
+
+    def through(
+        self, px: Scalar, py: Scalar, lens_u: Scalar | None = None, lens_v: Scalar | None = None
+    ) -> CameraRays:
+        """Return the rays through raster positions px, py (N,), which may be overwritten."""
         if self.panorama is not None:
             return self._around(px, py, lens_u, lens_v)
         point = None
@@ -143,7 +152,6 @@ class CompiledCamera:
         origin += direction * (length * self.near)
         origin += self.start[0]
         far = None if self.far is None else length * (self.far - self.near)
-        check("camera", origin=origin, direction=direction)
         return CameraRays(origin, direction, far)
 
     def _around(
@@ -170,26 +178,33 @@ class CompiledCamera:
         origin = None
         if self.aperture is not None:
             assert lens_u is not None and lens_v is not None
-            lens = camera.lens[0]
-            point = opening(self.aperture, lens[:2], lens_u, lens_v)
-            origin = _facing(normalize(direction), point)
-            direction -= origin * (F32(1) / lens[2])
+            point = opening(self.aperture, camera.lens[0][:2], lens_u, lens_v)
+            origin = facing(normalize(direction), point)
+        return camera.leaving(direction, origin)._replace(slot=index)
+
+    def leaving(self, direction: Vec, origin: Vec | None) -> CameraRays:
+        """Return panoramic rays that leave points (3, N) of the aperture, None for the eye.
+
+        direction (3, N): where they would go from the eye, of unit length if there is an aperture.
+        It may be overwritten; both are in the space of the panorama.
+        """
+        if origin is not None:
+            direction -= origin * (F32(1) / self.lens[0][2])
             normalize(direction)
         if self.eye is not None:
             aside, direction = look(self.eye, direction)
             origin = aside if origin is None else origin + aside
 
         # Turn all into the world, and start at the near clipping sphere
-        direction = normalize(camera._turned(direction))
+        direction = normalize(self._turned(direction))
         start = direction * self.near
-        start += camera.start[0]
+        start += self.start[0]
         if origin is not None:
-            start += camera._turned(origin)
+            start += self._turned(origin)
         far = None
         if self.far is not None:
             far = np.full(direction.shape[1], self.far - self.near, F32)
-        check("camera", origin=start, direction=direction)
-        return CameraRays(start, direction, far, index)
+        return CameraRays(start, direction, far)
 
     def _of(self, index: Index) -> "CompiledCamera":
         """Return the camera of the rays at `index`."""
@@ -206,7 +221,7 @@ class CompiledCamera:
         return turned
 
 
-def _facing(direction: Vec, point: Vec) -> Vec:
+def facing(direction: Vec, point: Vec) -> Vec:
     """Return points (3, N) of an aperture (2, N) that faces directions (3, N).
 
     Its first side lies in the plane of the direction and the x axis (Cycles).
@@ -298,8 +313,10 @@ def _reaches(camera: Camera, box: NDArray[np.float64] | None) -> bool:
     return bool(depth.max() > camera.clip_end * shortest)
 
 
-@lru_cache(maxsize=8)
-def _filter_offsets(kind: str, width: float) -> NDArray[np.float32]:
+def pixel_filter(
+    kind: str, width: float
+) -> tuple[float, Callable[[NDArray[np.float64]], NDArray[np.float64]]]:
+    """Return how far a pixel filter reaches [pixels], and its density there, of any scale."""
     # Blender's widths: Gaussian is cut at 1.5 widths, Blackman-Harris spans 2, Box is one pixel.
     reach = {"BOX": 0.5, "GAUSSIAN": 1.5 * width, "BLACKMAN_HARRIS": width}[kind]
 
@@ -316,7 +333,13 @@ def _filter_offsets(kind: str, width: float) -> NDArray[np.float32]:
             - 0.01168 * np.cos(3 * phase)
         )
 
+    return reach, density
+
+
+@lru_cache(maxsize=8)
+def _filter_offsets(kind: str, width: float) -> NDArray[np.float32]:
     # Tabulate the middles of equal shares: one gather places a sample.
+    reach, density = pixel_filter(kind, width)
     inverse = compile_inverse(density, -reach, reach, FILTER_ENTRIES)
     shares = (np.arange(FILTER_ENTRIES, dtype=F32) + F32(0.5)) / F32(FILTER_ENTRIES)
     return lookup(inverse, shares) + F32(0.5)

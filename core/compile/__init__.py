@@ -6,6 +6,7 @@ What it makes of an earlier frame or edit is kept and made again only where some
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,10 @@ from ..scene import (
     EVERY_SET,
     REST,
     Cancelled,
+    Instance,
     Note,
     Scene,
+    Stars,
 )
 from ..settings import Settings
 from ..shading import (
@@ -41,6 +44,7 @@ from ..shading import (
     fold_lamps,
 )
 from ..shutter import compile_shutter
+from ..stars import compile_stars
 from ..statistics import Preparation
 from .light import compile_emitters, compile_lamp_hulls, who_meets_lamps, world_map
 from .limits import (
@@ -53,6 +57,8 @@ from .limits import (
 )
 from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer
 from .picture import catchers_alone, denoising_of, ledger_of, note_guides, spread_of
+
+T = TypeVar("T", Instance, Stars)
 
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
 QUICK_BUILD = 0.5
@@ -82,7 +88,9 @@ def compile_plan(
     notes = list(scene.notes)
     cameras = scene.camera.motion or (scene.camera,) * 3
     if scene.spans_frames:
-        scene = replace(scene, camera=replace(scene.camera, motion=()))
+        # What moves is asked how fast it is, and drawn where it is in the frame itself
+        stars = tuple(_still(each) for each in scene.stars)
+        scene = replace(scene, camera=replace(scene.camera, motion=()), stars=stars)
     else:
         scene = at_rest(scene, notes)
     check_pattern(settings)
@@ -241,6 +249,7 @@ def compile_plan(
     moves = camera_motion is not None or any(lamp.motion is not None for lamp in lamps)
     moves = moves or (triangles is not None and triangles.movement is not None)
     shutter = compile_shutter(scene.shutter, settings, scene.camera.height)
+    ledger = ledger_of(scene, materials, triangles, lights, guides) if has_passes else None
     plan = Plan(
         camera=camera,
         camera_motion=camera_motion,
@@ -258,7 +267,7 @@ def compile_plan(
         matte_pairs=scene.layer.pairs,
         keeps_shadows="Shadow Catcher" in scene.layer.passes,
         denoising=denoising,
-        ledger=ledger_of(scene, materials, triangles, lights, guides) if has_passes else None,
+        ledger=ledger,
         pattern=settings.pattern,
         seed=seed_of(settings, scene.frame),
         samples=settings.sample_range(),
@@ -305,6 +314,7 @@ def compile_plan(
         world_casts_shadow=scene.world is None or scene.world.casts_shadow,
         lamps_seen_by=lamps_seen_by,
         kinds_that_meet_light=meets,
+        stars=compile_stars(scene, settings, origin, ledger, notes),
         alone=None,
         notes=tuple(dict.fromkeys(notes)),
         prepared=prepared,
@@ -324,11 +334,11 @@ def at_rest(scene: Scene, notes: list[Note]) -> Scene:
         return scene
     text = "motion blur needs Embree's own library, which was not found: objects are still"
     notes += [Note(f"Object '{name}'", text) for name in dict.fromkeys(names)]
-    resting = (
-        replace(i, motion=None, mesh=replace(i.mesh, deformation=None)) if i.moves else i
-        for i in scene.instances
-    )
-    return replace(scene, instances=tuple(resting))
+    return replace(scene, instances=tuple(_still(i) if i.moves else i for i in scene.instances))
+
+
+def _still(thing: T) -> T:
+    return replace(thing, motion=None, mesh=replace(thing.mesh, deformation=None))
 
 
 def shifts_terminators(triangles: Triangles | None) -> bool:

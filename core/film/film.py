@@ -61,7 +61,8 @@ class Film:
     sums (C, pixels) float64 of the `passes`, one after the other; counts (pixels,) int64.  middles
     (C, pixels) float32, in the order of `MIDDLES`, and `parts`, what a pixel shows parts of, are
     None where nobody asks.  keeps_shadows: those of shadow catchers are not in the picture;
-    denoised (H, W, 3), before exposure, None where it is not.
+    denoised (H, W, 3), before exposure, None where it is not.  stars: radiance (3, pixels) float64
+    by the name of the sum that it belongs to; it has no samples, and None is none.
     """
 
     width: int
@@ -73,6 +74,7 @@ class Film:
     parts: Parts | None = field(default=None, repr=False)
     keeps_shadows: bool = False
     denoised: NDArray[np.float32] | None = None
+    stars: dict[str, NDArray[np.float64]] | None = None
 
     def add(self, pixels: slice | Index, sums: NDArray[np.float32], samples: int) -> None:
         """Add what `samples` samples gave for some pixels; sums is (C, n)."""
@@ -84,13 +86,25 @@ class Film:
 
         Pixels without a sample are transparent black.  Denoised, if the film is.
         """
-        picture = self.noisy(exposure)
-        if self.denoised is not None:
-            np.multiply(self.denoised, exposure, out=picture[..., :3], casting="same_kind")
-        return picture
+        if self.denoised is None:
+            return self.noisy(exposure)
+        picture = self.sampled(exposure)
+        np.multiply(self.denoised, exposure, out=picture[..., :3], casting="same_kind")
+        return self._with_stars(picture, exposure)
 
     def noisy(self, exposure: float) -> NDArray[np.float32]:
-        """Return the picture (H, W, 4) as its samples are."""
+        """Return the picture (H, W, 4) before it was denoised."""
+        return self._with_stars(self.sampled(exposure), exposure)
+
+    def _with_stars(self, picture: NDArray[np.float32], exposure: float) -> NDArray[np.float32]:
+        """Add the stars, which leave alpha as it is, to the pixels that have samples."""
+        if self.stars is not None:
+            light = self.stars["combined"] * ((self.counts > 0) * exposure)
+            picture[..., :3] += self.shaped(light)
+        return picture
+
+    def sampled(self, exposure: float) -> NDArray[np.float32]:
+        """Return the picture (H, W, 4) as its samples are, without stars."""
         scale = 1.0 / np.maximum(self.counts, 1)
         alpha = np.minimum(self.counts, 1.0)
         if "alpha" in self.passes:
@@ -112,8 +126,11 @@ class Film:
         return shadow_of(self.total("caught"), self.total("alone"), opacity)
 
     def mean(self, name: str) -> NDArray[np.float64]:
-        """Return the mean (C, pixels) of the samples of one of `SUMS`."""
-        return self.total(name) / np.maximum(self.counts, 1)
+        """Return the mean (C, pixels) of the samples of one of `SUMS`, with the stars in it."""
+        mean = self.total(name) / np.maximum(self.counts, 1)
+        if self.stars is not None and name in self.stars:
+            mean += self.stars[name] * (self.counts > 0)
+        return mean
 
     def total(self, name: str) -> NDArray[np.float64]:
         """Return one of `SUMS` (C, pixels)."""

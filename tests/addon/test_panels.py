@@ -80,6 +80,9 @@ def test_datablocks_show_what_the_renderer_reads(blender):
     moves = ["use_motion_blur", "use_deform_motion", "motion_steps"]
     assert found["OBJECT_PT_penumbra_motion"] == moves
     assert found["lamp"] == moves[2:]
+    stars = ["use_stars", "star_strength", "star_temperature"]
+    assert found["OBJECT_PT_penumbra_stars"] == stars
+    assert found["WORLD_PT_penumbra_stars"][:3] == ["use_stars", "star_count", "star_seed"]
     assert found["DATA_PT_penumbra_light"] == [*light, "max_bounces", "use_motion_blur"]
     assert found["area"] == ["spread", *light, "is_portal", "max_bounces", "use_motion_blur"]
     assert found["MATERIAL_PT_penumbra_settings"] == [

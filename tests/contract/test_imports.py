@@ -29,6 +29,7 @@ LAYERS = (
     "camera_motion",
     "shutter",
     "film",
+    "stars",
     "kept",
     "plan",
     "compile",

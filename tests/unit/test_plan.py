@@ -2,7 +2,7 @@
 
 import pytest
 
-from penumbra.core import Scene, compile_plan
+from penumbra.core import Scene, StarField, compile_plan
 from penumbra.core.optics import Aperture
 from tests.support import scenes as s
 
@@ -24,6 +24,7 @@ CASES = {
     "lens": (s.replace(VIEW, aperture=Aperture(radius=0.1, focus=3.0)), {}),
     "smooth normals": (BALL, {}),
     "glowing surfaces": (s.put(s.box(0.2), s.emission()), {}),
+    "stars": (s.replace(s.world(0.0), stars=StarField(10, 1.0)), {}),
     "clamps": (s.point((0, 0, 3)), {"sample_clamp_direct": 3.0}),
     "adaptive sampling": (s.point((0, 0, 3)), {"use_adaptive_sampling": True, "samples": 1024}),
 }
