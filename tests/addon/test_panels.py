@@ -138,7 +138,7 @@ def report_culprits():
     from penumbra.addon import report
 
     scene = empty_scene()
-    scene.view_layers[0].use_pass_vector = True
+    scene.view_layers[0].use_pass_vector = scene.render.use_motion_blur = True  # blank
     bpy.ops.mesh.primitive_plane_add()
     plane = bpy.context.object
     plane.name = "A 'quoted' plane"
