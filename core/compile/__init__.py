@@ -249,7 +249,9 @@ def compile_plan(
     moves = camera_motion is not None or any(lamp.motion is not None for lamp in lamps)
     moves = moves or (triangles is not None and triangles.movement is not None)
     shutter = compile_shutter(scene.shutter, settings, scene.camera.height)
-    ledger = ledger_of(scene, materials, triangles, lights, guides) if has_passes else None
+    ledger = (
+        ledger_of(scene, materials, triangles, lights, surfaces, guides) if has_passes else None
+    )
     plan = Plan(
         camera=camera,
         camera_motion=camera_motion,

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import F32, normalize
-from ..bsdf import GLOSSY
+from ..bsdf import GLOSSY, shown_as
 from ..film.denoise import Denoising, is_there
-from ..film.ledger import Ledger, compile_ledger
+from ..film.ledger import TRANSMISSION, Ledger, compile_ledger, lobe_of
 from ..geometry.mesh import Triangles
 from ..geometry.view import View
 from ..lights import Lights
@@ -28,16 +28,22 @@ def ledger_of(
     materials: list[Material | None],
     triangles: Triangles | None,
     lights: Lights | None,
+    surfaces: SurfaceTable,
     guides: tuple[str, ...],
 ) -> Ledger | None:
     """Return where what the passes ask for goes."""
+    lobes = {lobe_of(shown_as(module)) for module in surfaces.modules}
+    if any(module.TRANSMITS for module in surfaces.modules):
+        lobes.add(TRANSMISSION)
     lamps = [] if lights is None else [lamp.light_group for _, lamp in lights.lamps]
     glowing = None
     if lights is not None and lights.triangle_of is not None:
         assert triangles is not None
         glowing = triangles.ids[:, 2].take(lights.triangle_of)
     world = "" if scene.world is None else scene.world.light_group
-    return compile_ledger(scene.layer, scene.instances, materials, lamps, glowing, world, guides)
+    return compile_ledger(
+        scene.layer, scene.instances, materials, lamps, glowing, world, lobes, guides
+    )
 
 
 def denoising_of(scene: Scene, settings: Settings, notes: list[Note]) -> Denoising | None:

@@ -5,7 +5,7 @@ radiance.  Light belongs to the closure that scattered it first, on the way from
 direct or indirect; besides to its light's group.  What nobody asks for goes to spare rows.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,12 +102,14 @@ def compile_ledger(
     lamp_groups: Sequence[str],
     glowing: Ids | None,
     world_group: str,
+    found: Collection[int],
     guides: tuple[str, ...] = (),
 ) -> Ledger | None:
     """Return the book for a layer's passes, None if all it asks for is the light as a whole.
 
-    Lights are lamps, of groups by name, then triangles of the instances `glowing` (n,).  guides:
-    sums that the denoiser wants.
+    Lights are lamps, of groups by name, then triangles of the instances `glowing` (n,).  found: the
+    lobes that any surface has; light of others is not looked for.  guides: sums that the denoiser
+    wants.
     """
     passes = wanted(layer)
     sums = dict.fromkeys((*sums_of(passes), *guides))
@@ -122,6 +124,8 @@ def compile_ledger(
 
     lobes = np.full((4, 2), spare, np.intp)
     for number, lobe in enumerate(LOBES, 1):
+        if number not in found:
+            continue
         lobes[number] = row(f"{lobe}_direct"), row(f"{lobe}_indirect")
     light_groups = instance_groups = None
     if layer.light_groups:
@@ -131,6 +135,8 @@ def compile_ledger(
         of_meshes = instance_groups[:0] if glowing is None else instance_groups.take(glowing)
         of_world = np.array([row(f"group:{world_group}")], np.int32)
         light_groups = np.concatenate([of_lamps, of_meshes, of_world])
+        if (light_groups == spare).all() and (instance_groups == spare).all():
+            light_groups = instance_groups = None
     indices = (
         np.array([instance.label.index for instance in instances], F32),
         np.array([0 if m is None else m.index for m in materials], F32),

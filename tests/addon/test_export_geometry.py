@@ -373,7 +373,8 @@ def asks_too_much():
     add("Smoke", bpy.data.volumes.new("Smoke"))
     bpy.context.view_layer.use_pass_normal = True  # these two are drawn
     bpy.context.view_layer.aovs.add().name = "Extra"
-    bpy.context.view_layer.use_pass_vector = True
+    bpy.context.view_layer.use_pass_vector = True  # blank with motion blur
+    bpy.context.scene.render.use_motion_blur = True
     add("Lamp", bpy.data.lights.new("Lamp", "POINT"))
     return [(note.owner, note.what) for note in exported()[0].notes]
 

@@ -19,6 +19,7 @@ from tests.support.scenes import (
     emission,
     glass,
     look_at,
+    mirror,
     node,
     orthographic,
     point,
@@ -56,6 +57,26 @@ def test_the_light_passes_add_up_to_the_picture(splitting, limit):
     found = shown(Layer(passes=LIGHT), *every_kind_of_surface(), **settings)
     assert all(found[name].any() for name in LIGHT if name != "Transmission Direct")
     np.testing.assert_allclose(added_up(found), found["Combined"][..., :3], rtol=2e-6, atol=2e-6)
+
+
+def test_light_is_not_sorted_by_what_no_surface_or_lamp_has():
+    view, lamp = orthographic((0, 0, 5)), point((0, 0, 3))
+    layer = Layer(passes=("Glossy Direct", "Transmission Indirect"), light_groups=("A",))
+
+    def ledger(material, lamp):
+        floor = put(quad((9, 0, 0), (0, 9, 0)), material)
+        return compile_plan(scene(view, floor, lamp, layer=layer), DEFAULTS).ledger
+
+    for material, lobes in ((diffuse(), 0), (mirror(), 1), (glass(), 2)):
+        found = ledger(material, lamp)
+        assert found.sorts_light == (lobes > 0)
+        assert len(np.unique(found.lobes)) == 1 + lobes
+        assert found.light_groups is None
+    grouped = replace(lamp, light_group="A")
+    found = ledger(diffuse(), grouped)
+    assert found.sorts_light and found.light_groups is not None
+    seen = shown(layer, *from_above(put(quad((9, 0, 0), (0, 9, 0)), diffuse()), grouped))
+    assert not seen["Glossy Direct"].any() and seen["Combined_A"].any()
 
 
 def test_passes_do_not_change_the_picture():
