@@ -44,6 +44,7 @@ def main(argv: list[str]) -> int:
         scene.render.resolution_percentage = round(100 * min(1, WIDTH / scene.render.resolution_x))
         image = scene.render.image_settings
         image.file_format, image.color_mode, image.compression = "PNG", "RGB", 100
+        scene.render.use_stamp_filename = False  # where the file lies is nobody's business
         scene.render.dither_intensity = 0  # noise that would only make the file larger
         scene.render.filepath = str(HERE / "pictures" / f"{name}.png")
         bpy.ops.render.render(write_still=True)
