@@ -138,14 +138,13 @@ def _bounce(
             pieces += [] if piece is None else [piece]
     if not paths.size and not pieces:
         return NO_RAYS, paths, draws
-    if paths.size and radiance.book is not None:
-        arrival = describe(plan, paths, depth)
-        paths = record(plan, paths, points, arrival, draws, depth, radiance, tally)
 
     shaded: tuple[Shaded, ...] = ()
     if paths.size:
-        points = _placed(plan, points, depth)
         arrival = describe(plan, paths, depth, draws, tally)
+        if radiance.book is not None:
+            paths = record(plan, paths, points, arrival, draws, depth, radiance, tally)
+        points = _placed(plan, points, depth)
         shaded = plan.surfaces.shade(  # points -> closures
             points, arrival, paths.throughput, not splits_lobes(plan, depth), plan.mixes_kinds
         )

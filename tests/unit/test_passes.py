@@ -255,6 +255,19 @@ def writing(material, **nodes):
     return replace(material, aovs=nodes)
 
 
+def test_values_that_shaders_write_may_come_from_nodes_that_trace():
+    occlusion = Link(node("AmbientOcclusion", Distance=2.0), "AO")
+    written = node("OutputAOV", Color=(0.0, 0.0, 0.0), Value=occlusion)
+    floor = put(quad((9, 0, 0), (0, 9, 0)), writing(diffuse(), Number=written))
+    roof = put(quad((9, 0, 0), (0, 9, 0), (0, 0, 20)), diffuse(), name="Roof")
+    wall = put(quad((0, 9, 0), (0, 0, 9), (0, 0, 9)), diffuse(), name="Wall")
+    layer = Layer(aovs=(("Number", False),))
+    found = shown(layer, *from_above(floor, roof, wall), samples=64)["Number"][..., 0]
+    # A wall hides half of the sky of the floor at its foot, and nothing far away from it
+    np.testing.assert_allclose(found[:, 3:5].mean(), 0.5, atol=0.06)
+    assert found[:, 0].mean() > found[:, 3].mean() + 0.05
+
+
 def test_values_that_shaders_write_are_means_and_colours_have_the_alpha_of_who_writes():
     aov = node("OutputAOV", Color=(0.1, 0.2, 0.3), Value=0.75)
     floor = put(quad((9, 0, 0), (0, 9, 0)), writing(diffuse(), Mine=aov, Number=aov))
