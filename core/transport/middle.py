@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Scalar, Vec, take
-from ..bsdf import CAMERA
 from ..camera import FILTER_ENTRIES
-from ..geometry import surface
 from ..geometry.surface import Points
 from ..plan import Plan
 from ..shading import Arrival
 from ..statistics import Tally
+from .gaze import Gaze
 
 MIDDLE = F32(0.5)
 
@@ -45,31 +44,15 @@ def look(plan: Plan, x: Scalar, y: Scalar) -> NDArray[np.float32]:
     origin, direction, far, pixel = pinhole.rays(x + shift, y + shift, half, half)
     origin = np.broadcast_to(origin, direction.shape)
     pixel = np.arange(x.size) if pixel is None else pixel
-    time = take(time, pixel)
-    left, travelled = None, np.zeros(pixel.size, F32)
-    for passed in range(plan.transparent_max_bounces + 1):
-        kinds = np.full(pixel.size, CAMERA, np.uint8)
-        hits = plan.accel.closest(origin, direction, far, left, kinds, tally, time)
-        found = np.flatnonzero(hits.triangle >= 0)
-        if not found.size:
-            break
-        points = surface.resolve(plan.triangles, origin, direction, hits, found, time)
-        pixel, travelled = pixel.take(found), travelled.take(found)
-        count = np.full(pixel.size, passed, np.int16)
-        arrival = Arrival(CAMERA, passed, travelled, passed=count)
-        points = plan.surfaces.bend(points, arrival)
+    gaze = Gaze(origin, direction, far, take(time, pixel))
+    while (met := gaze.meet(plan, tally)) is not None:
+        points, arrival = met
         is_clear = _is_clear(plan, points, arrival)
         shown = np.flatnonzero(~is_clear & ~_is_held_out(plan, points))
-        out[:, pixel.take(shown)] = _rows(plan, points.take(shown))
+        out[:, pixel.take(gaze.ray.take(shown))] = _rows(plan, points.take(shown))
 
         # Look on behind what is not opaque enough.
-        behind = np.flatnonzero(is_clear)
-        if not behind.size:
-            break
-        some = points.take(behind)
-        origin = some.position - some.geometric * some.offset
-        direction, left, far, time = some.arriving, some.triangle, None, some.time
-        pixel, travelled = pixel.take(behind), travelled.take(behind) + some.distance
+        gaze.go_on(points, np.flatnonzero(is_clear))
     return out
 
 

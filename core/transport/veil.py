@@ -5,12 +5,10 @@ As the camera sees it, not as shadows do: opaque surfaces hide stars, transparen
 
 import numpy as np
 
-from ..arrays import F32, Scalar, Vec, take
-from ..bsdf import CAMERA
-from ..geometry import surface
+from ..arrays import F32, Scalar, Vec
 from ..plan import Plan
-from ..shading import Arrival
 from ..statistics import Tally
+from .gaze import Gaze
 
 
 def passed(
@@ -24,35 +22,26 @@ def passed(
     if plan.accel is None or plan.triangles is None:
         return through
     tally.rays_camera += far.size
-    ray, left, travelled = np.arange(far.size), None, np.zeros(far.size, F32)
-    for met in range(plan.transparent_max_bounces + 1):
-        hits = plan.accel.closest(origin, direction, far, left, None, tally, time)
-        found = np.flatnonzero(hits.triangle >= 0)
-        ray = ray.take(found)
-        if not ray.size:
-            break
-        if not plan.has_transparent or met == plan.transparent_max_bounces:
-            through[:, ray] = 0
+    if not plan.has_transparent:
+        hits = plan.accel.closest(origin, direction, far, None, None, tally, time)
+        through[:, np.flatnonzero(hits.triangle >= 0)] = 0
+        return through
+    gaze = Gaze(origin, direction, far, time)
+    while (met := gaze.meet(plan, tally)) is not None:
+        if gaze.passed == plan.transparent_max_bounces:
+            through[:, gaze.ray] = 0
             break
 
         # Let through what the surface does, as the camera's paths would meet it
-        points = surface.resolve(plan.triangles, origin, direction, hits, found, time)
-        travelled, far = travelled.take(found), far.take(found)
-        count = np.full(ray.size, met, np.int16)
-        arrival = Arrival(CAMERA, met, travelled, passed=count)
-        points = plan.surfaces.bend(points, arrival)
+        points, arrival = met
+        assert gaze.far is not None
         share = np.clip(plan.surfaces.transparency(points, arrival), F32(0), None)
-        share = share * through.take(ray, axis=1)
+        share = share * through.take(gaze.ray, axis=1)
         for channel, values in zip(through, share, strict=True):
-            channel[ray] = values
+            channel[gaze.ray] = values
 
         # Go on behind it
         on = np.flatnonzero(share.any(axis=0))
-        ray, points = ray.take(on), points.take(on)
-        if not ray.size:
-            break
-        origin = points.position - points.geometric * points.offset
-        direction, left, time = points.arriving, points.triangle, points.time
-        travelled = travelled.take(on) + points.distance
-        far = np.maximum(take(far, on) - points.distance, F32(0))
+        rest = np.maximum(gaze.far - points.distance, F32(0))
+        gaze.go_on(points, on, rest.take(on))
     return through
