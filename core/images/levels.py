@@ -6,6 +6,7 @@ mixed, as in Cycles.  So the mean of a lookup stays what it is, whatever level i
 Source: Williams 1983, "Pyramidal Parametrics".
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from threading import Lock
 
@@ -110,27 +111,25 @@ def choose_level(footprint: Scalar, side: int, count: int) -> Ids | None:
 
 def mix_levels(levels: Levels, taps: LevelTaps) -> Vec:
     """Return colours and alphas (4, n) of weighed texels."""
-    if taps.fine is None:
-        return mix_taps(levels.finest, taps.near)
-    far = mix_taps(levels.coarse, taps.far)
-    if not taps.fine.size:
-        return far
-    out = np.empty((4, taps.size), F32)
-    out[:, taps.beyond] = far
-    out[:, taps.fine] = mix_taps(levels.finest, taps.near)
-    return out
+    return _mixed(levels, taps, mix_taps)
 
 
 def mix_grey_levels(levels: Levels, taps: LevelTaps) -> Scalar:
     """Return the grey (n,) of weighed texels of a grey image."""
+    return _mixed(levels, taps, mix_grey)
+
+
+def _mixed(
+    levels: Levels, taps: LevelTaps, mix: Callable[[Image, list[Tap]], NDArray[np.float32]]
+) -> NDArray[np.float32]:
     if taps.fine is None:
-        return mix_grey(levels.finest, taps.near)
-    far = mix_grey(levels.coarse, taps.far)
+        return mix(levels.finest, taps.near)
+    far = mix(levels.coarse, taps.far)
     if not taps.fine.size:
         return far
-    out = np.empty(taps.size, F32)
-    out[taps.beyond] = far
-    out[taps.fine] = mix_grey(levels.finest, taps.near)
+    out = np.empty((*far.shape[:-1], taps.size), F32)
+    out[..., taps.beyond] = far
+    out[..., taps.fine] = mix(levels.finest, taps.near)
     return out
 
 

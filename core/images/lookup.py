@@ -10,6 +10,7 @@ CLIP (transparent black), MIRROR.
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Scalar, Vec
 from . import Image
@@ -68,17 +69,7 @@ def mix_taps(image: Image, taps: list[Tap], unassociate: bool = False) -> Vec:
     """Return colour and alpha (4, N) of weighed texels; see `lookup`."""
     if image.is_grey:
         return _from_grey(image, taps)
-    total: Vec | None = None
-    for index, weight in taps:
-        # Every index is inside; clip is take's fastest mode
-        packed = image.texels.take(index, mode="clip")
-        texel: Vec = np.array(packed.view(image.dtype).reshape(-1, 4).T, F32, order="C")
-        if weight is not None:
-            texel *= weight
-        total = texel if total is None else np.add(total, texel, out=total)
-    assert total is not None  # there is at least one texel
-    if image.dtype.kind == "u":
-        total *= F32(1.0 / np.iinfo(image.dtype).max)
+    total = _weighed(image, taps)
 
     # Separate alpha, decode
     if unassociate and image.has_alpha and image.can_unassociate:
@@ -91,16 +82,26 @@ def mix_taps(image: Image, taps: list[Tap], unassociate: bool = False) -> Vec:
 
 def mix_grey(image: Image, taps: list[Tap]) -> Scalar:
     """Return the grey (N,) of weighed texels of a grey image."""
-    total: Scalar | None = None
+    total = _weighed(image, taps)
+    return decode_srgb(total) if image.is_srgb else total
+
+
+def _weighed(image: Image, taps: list[Tap]) -> NDArray[np.float32]:
+    """Return the sum of weighed texels, (4, N) or, of a grey image, (N,), as they are encoded."""
+    total: NDArray[np.float32] | None = None
     for index, weight in taps:
-        texel: Scalar = image.texels.take(index, mode="clip").astype(F32)
+        # Every index is inside; clip is take's fastest mode
+        found = image.texels.take(index, mode="clip")
+        if not image.is_grey:
+            found = found.view(image.dtype).reshape(-1, 4).T
+        texel = np.array(found, F32, order="C")
         if weight is not None:
             texel *= weight
         total = texel if total is None else np.add(total, texel, out=total)
     assert total is not None  # there is at least one texel
     if image.dtype.kind == "u":
         total *= F32(1.0 / np.iinfo(image.dtype).max)
-    return decode_srgb(total) if image.is_srgb else total
+    return total
 
 
 def _from_grey(image: Image, taps: list[Tap]) -> Vec:
