@@ -15,10 +15,9 @@ from ..images import Image, ImageSource, Tiles
 from ..images.store import Store
 from ..scene import Colour, Link, Material, Node, Note, Socket
 from .sky.disc import Disc
-from .values import COLOUR, FLOAT, VECTOR, Value, constant, grey, value, widened
+from .values import COLOUR, FLOAT, LARGEST, VECTOR, Value, constant, grey, value, widened
 
 WHITE: Colour = (1.0, 1.0, 1.0)
-LARGEST = 1e30  # of the numbers that users give: products of two may overflow beyond
 NodeFunction = Callable[["Graph", Node, str], Value | None]
 
 
@@ -168,13 +167,12 @@ class Graph:
         return made
 
     def _plain(self, node: Node, socket: str, found: Socket, kind: str) -> Value:
-        is_many = isinstance(found, (tuple, list))
-        plain: Any = (found[:3] or (np.nan,)) if isinstance(found, (tuple, list)) else (found,)
-        numbers = [float(number) for number in plain]
-        if not all(-LARGEST <= number <= LARGEST for number in numbers):
+        given: Any = found
+        is_many, most = isinstance(given, (tuple, list)), float(LARGEST)
+        numbers = [float(number) for number in (given[:3] or (np.nan,) if is_many else (given,))]
+        if not all(-most <= number <= most for number in numbers):
             self.note(f"{socket} of {title(node)} is {found}, which is no number to draw with")
-            finite = np.nan_to_num(np.array(numbers), nan=0.0, posinf=LARGEST, neginf=-LARGEST)
-            numbers = list(finite.clip(-LARGEST, LARGEST))
+            numbers = list(np.nan_to_num(numbers).clip(-most, most))
         if is_many:
             return constant(tuple(numbers), COLOUR if kind == FLOAT else kind)
         return value(numbers[0])

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import F32
 
 FLOAT, VECTOR, COLOUR = "float", "vector", "colour"
+LARGEST = F32(1e30)  # number of a shader: far below the largest float32, so that sums are finite
 SEVERAL = "several"  # results of one function, before they are picked
 Number = Union["Value", float, tuple[float, ...]]
 Array = NDArray[np.float32]

@@ -1,16 +1,15 @@
 """arrays -> arrays.  Arithmetic that is defined everywhere, as Blender defines it.
 
-What a function has no value for is 0.  Products end at 1e30, far below the largest float32, so that
-sums of them are finite.  Source: what Cycles' Math nodes return, number by number.
+What a function has no value for is 0.  Products end at `values.LARGEST`.
+Source: what Cycles' Math nodes return, number by number.
 """
 
 import numpy as np
 
 from ...arrays import F32
-from ..values import Array
+from ..values import LARGEST, Array
 
 ZERO, ONE, TWO = F32(0), F32(1), F32(2)
-LARGEST = F32(1e30)
 
 
 def limited(x: Array) -> Array:

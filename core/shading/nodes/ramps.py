@@ -15,8 +15,6 @@ from ..graph import Graph
 from ..values import COLOUR, FLOAT, VECTOR, Array, Value, step
 from .arithmetic import ONE, ZERO, limited, multiply
 
-FAR = F32(1e30)  # where curves end that go on
-
 
 class Table:
     """Values (R, K) at even steps, and how they go on; equal ones count as the same."""
@@ -43,7 +41,7 @@ class Table:
     def at(self, x: Array, row: int | slice = slice(None)) -> Array:
         """Return what one row (N,), or all of them (R, N), have at x (N,), always finite."""
         x = (x - self.low) * self.scale
-        x = np.clip(x, -FAR, FAR) if self.is_extended else np.clip(x, ZERO, ONE)
+        x = limited(x) if self.is_extended else np.clip(x, ZERO, ONE)
         last = self.values.shape[1] - 1
         x = x * F32(last)
         if self.is_stepped:
