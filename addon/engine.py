@@ -23,6 +23,7 @@ from .export import export_scene, export_view, read_frame
 from .export.layers import blender_name, blender_passes, channel_type
 from .preferences import limit_memory, thread_count
 from .properties import read_preview_settings, read_settings
+from .switch import switch
 
 ENGINE = "PENUMBRA"
 
@@ -281,12 +282,5 @@ def status(progress: Any) -> str:
     return " | ".join(parts)
 
 
-def register() -> None:
-    """Make the engine known to Blender."""
-    bpy.utils.register_class(PenumbraRenderEngine)
-
-
-def unregister() -> None:
-    """Take the engine away; its running renders are stopped by Blender."""
-    if PenumbraRenderEngine.is_registered:
-        bpy.utils.unregister_class(PenumbraRenderEngine)
+# Blender stops running renders of an engine that is taken away
+register, unregister = switch(PenumbraRenderEngine)

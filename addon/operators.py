@@ -7,6 +7,7 @@ import bpy
 
 from . import report
 from .properties import adopt_cycles
+from .switch import switch
 from .system import check
 
 # The report's owner -> where bpy.data keeps it, the tab of the properties editor that shows it
@@ -132,22 +133,9 @@ def _text(rows: list[tuple[str, str]]) -> str:
     return "\n".join(f"{name}: {value}" for name, value in rows)
 
 
-CLASSES = (
+register, unregister = switch(
     PENUMBRA_OT_adopt_cycles,
     PENUMBRA_OT_system_check,
     PENUMBRA_OT_copy_report,
     PENUMBRA_OT_select_owner,
 )
-
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Take them away."""
-    for cls in CLASSES:
-        if cls.is_registered:
-            bpy.utils.unregister_class(cls)

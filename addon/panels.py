@@ -177,17 +177,27 @@ def place(datablock: bpy.types.ID, paths: tuple[str, ...]) -> tuple[Any, str] | 
     return None
 
 
-class _Settings:
-    """Shows the rows of a datablock."""
+class Ours:
+    """What all our panels of the properties editor have in common."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Is it our engine?"""
+        return context.engine == ENGINE
+
+
+class _Settings(Ours):
+    """Shows the rows of a datablock."""
+
     bl_options: ClassVar = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Is there a datablock, and is it our engine?"""
-        return context.engine == ENGINE and getattr(context, cls.datablock, None) is not None
+        return super().poll(context) and getattr(context, cls.datablock, None) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the settings."""
@@ -201,56 +211,45 @@ class _Settings:
                 layout.prop(*found)
 
 
-class _Theirs:
+class _Theirs(Ours):
     """Shows what a panel of the Cycles add-on does, while there is one."""
 
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_options: ClassVar = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Is there a datablock, the panel, and is it our engine?"""
         has_datablock = getattr(context, cls.bl_context, None) is not None
-        return context.engine == ENGINE and has_datablock and hasattr(bpy.types, cls.theirs)
+        return super().poll(context) and has_datablock and hasattr(bpy.types, cls.theirs)
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the settings."""
         getattr(bpy.types, self.theirs).draw(self, context)
 
 
-class WORLD_PT_penumbra_preview(bpy.types.Panel):
+class WORLD_PT_penumbra_preview(Ours, bpy.types.Panel):
     """A picture of the world; Blender's own panel is Cycles'."""
 
     bl_label = "Preview"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "world"
     bl_options: ClassVar = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Is there a world, and is it our engine?"""
-        return context.engine == ENGINE and context.world is not None
+        return super().poll(context) and context.world is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the picture."""
         self.layout.template_preview(context.world)
 
 
-class RENDER_PT_penumbra_report(bpy.types.Panel):
+class RENDER_PT_penumbra_report(Ours, bpy.types.Panel):
     """What the last pictures do not honour."""
 
     bl_label = "Report"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "render"
     bl_options: ClassVar = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Is it our engine?"""
-        return context.engine == ENGINE
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the last frame, its error if it failed, and a line for each thing not honoured."""

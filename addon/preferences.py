@@ -8,6 +8,7 @@ from typing import ClassVar
 import bpy
 
 from ..core.settings import Settings, replace
+from .switch import switch
 
 PACKAGE = __package__.rpartition(".")[0]
 
@@ -64,12 +65,5 @@ def thread_count(render: bpy.types.RenderSettings) -> int:
     return 0 if wished is None else wished.threads
 
 
-def register() -> None:
-    """Make Blender show them."""
-    bpy.utils.register_class(PenumbraPreferences)
-
-
-def unregister() -> None:
-    """Take them away; Blender keeps the values."""
-    if PenumbraPreferences.is_registered:
-        bpy.utils.unregister_class(PenumbraPreferences)
+# Blender keeps the values of preferences that are taken away
+register, unregister = switch(PenumbraPreferences)

@@ -7,6 +7,7 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from ..core.settings import OPTIONS
+from .switch import switch
 
 _DEFAULTS = {option.name: option.default for option in OPTIONS}
 _QUICK = {"denoising_prefilter": "FAST", "denoising_quality": "FAST"}
@@ -85,21 +86,8 @@ def draw_button(panel: bpy.types.Panel, _context: bpy.types.Context) -> None:
     RENDER_PT_penumbra_presets.draw_panel_header(panel.layout)
 
 
-CLASSES = (
+register, unregister = switch(
     PENUMBRA_OT_sampling_preset,
     PENUMBRA_OT_sampling_preset_add,
     RENDER_PT_penumbra_presets,
 )
-
-
-def register() -> None:
-    """Register the list and its operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Take them away."""
-    for cls in CLASSES:
-        if cls.is_registered:
-            bpy.utils.unregister_class(cls)

@@ -14,6 +14,7 @@ from ..core.film.passes import PASSES
 from ..core.settings import OPTIONS
 from . import presets
 from .engine import ENGINE
+from .panels import Ours
 
 # Label, options in the order they are shown; "render:" marks Blender's own render settings
 PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -180,26 +181,19 @@ def _draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
         layout.operator("penumbra.adopt_cycles")
 
 
-def _poll(cls: type, context: bpy.types.Context) -> bool:
-    return context.engine == ENGINE
-
-
 def _panel(label: str, options: tuple[str, ...]) -> type:
     """Return the class of one panel in the render tab."""
     name = f"RENDER_PT_penumbra_{label.lower().replace(' ', '_')}"
     body = {
         "bl_label": label,
-        "bl_space_type": "PROPERTIES",
-        "bl_region_type": "WINDOW",
         "bl_context": "render",
         "bl_order": -1,
         "options": options,
         "draw": _draw,
-        "poll": classmethod(_poll),
     }
     if label == "Sampling":
         body["draw_header_preset"] = presets.draw_button
-    return type(name, (bpy.types.Panel,), body)
+    return type(name, (Ours, bpy.types.Panel), body)
 
 
 def _draw_pause(self: bpy.types.Header, context: bpy.types.Context) -> None:
@@ -210,19 +204,12 @@ def _draw_pause(self: bpy.types.Header, context: bpy.types.Context) -> None:
         self.layout.prop(settings, "preview_pause", icon=icon, text="")
 
 
-class VIEWLAYER_PT_penumbra_passes(bpy.types.Panel):
+class VIEWLAYER_PT_penumbra_passes(Ours, bpy.types.Panel):
     """The passes that a view layer may ask for, from the table of passes."""
 
     bl_label = "Light and Data"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "view_layer"
     bl_parent_id = "VIEWLAYER_PT_layer_passes"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Is it our engine?"""
-        return context.engine == ENGINE
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show a switch for each pass that is drawn."""
@@ -237,12 +224,10 @@ class VIEWLAYER_PT_penumbra_passes(bpy.types.Panel):
         layout.prop(layer, "pass_alpha_threshold")
 
 
-class DATA_PT_penumbra_panorama(bpy.types.Panel):
+class DATA_PT_penumbra_panorama(Ours, bpy.types.Panel):
     """What Blender's lens panel leaves out of a panoramic camera."""
 
     bl_label = "Panorama"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "data"
     bl_parent_id = "DATA_PT_lens"
 
@@ -250,7 +235,7 @@ class DATA_PT_penumbra_panorama(bpy.types.Panel):
     def poll(cls, context: bpy.types.Context) -> bool:
         """Is it a panoramic camera, and our engine?"""
         camera = context.camera
-        return context.engine == ENGINE and camera is not None and camera.type == "PANO"
+        return super().poll(context) and camera is not None and camera.type == "PANO"
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the settings."""

@@ -19,13 +19,8 @@ from .geometry.mesh import Triangles
 from .geometry.speeds import Speeds
 from .lights import Hulls, Lights
 from .lights.environment import Environment
-from .scene import (
-    Note,
-)
-from .shading import (
-    SurfaceTable,
-    WorldShader,
-)
+from .scene import Note
+from .shading import SurfaceTable, WorldShader
 from .shutter import CompiledShutter
 from .stars import StarPlan
 from .statistics import Preparation

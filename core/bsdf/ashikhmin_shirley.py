@@ -26,11 +26,6 @@ LEAST_ALPHA, TINY = F32(1e-4), F32(1e-20)
 BELOW_1 = F32(1 - 2.0**-23)
 
 
-def alpha_of_exponent(exponent: Scalar) -> Scalar:
-    """Return the parameter alpha (N,) of a Phong exponent (N,) >= 0."""
-    return np.sqrt(F32(2) / (exponent + F32(2)))
-
-
 def evaluate(parameters: tuple[Scalar, ...], wo: Vec, wi: Vec) -> tuple[Scalar, Scalar]:
     """Return f cos (N,) and the pdf (N,) [1/sr] with which `sample` finds wi (3, N)."""
     weight, pdf = _highlight(parameters, wo, wi)

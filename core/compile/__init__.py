@@ -26,23 +26,9 @@ from ..geometry.view import compile_view
 from ..kept import KEEP_NOTHING, Kept
 from ..lights import Emitters, Lights, compile_lights, ray_mask
 from ..plan import Plan
-from ..scene import (
-    ACTIVE_UV,
-    EVERY_SET,
-    REST,
-    Cancelled,
-    Instance,
-    Note,
-    Scene,
-    Stars,
-)
+from ..scene import ACTIVE_UV, EVERY_SET, REST, Cancelled, Instance, Note, Scene, Stars
 from ..settings import Settings
-from ..shading import (
-    Library,
-    Place,
-    compile_world,
-    fold_lamps,
-)
+from ..shading import Library, Place, compile_world, fold_lamps
 from ..shutter import compile_shutter
 from ..stars import compile_stars
 from ..statistics import Preparation
@@ -62,7 +48,6 @@ T = TypeVar("T", Instance, Stars)
 
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
 QUICK_BUILD = 0.5
-
 
 # Slots in flight: arrays that stay in the caches, yet long enough that calls cost little; of paths
 # that bounce, few are left at the end.
@@ -248,14 +233,15 @@ def compile_plan(
     )
     moves = camera_motion is not None or any(lamp.motion is not None for lamp in lamps)
     moves = moves or (triangles is not None and triangles.movement is not None)
-    shutter = compile_shutter(scene.shutter, settings, scene.camera.height)
-    ledger = (
-        ledger_of(scene, materials, triangles, lights, surfaces, guides) if has_passes else None
-    )
+    shutter = ledger = None
+    if moves:
+        shutter = compile_shutter(scene.shutter, settings, scene.camera.height)
+    if has_passes:
+        ledger = ledger_of(scene, materials, triangles, lights, surfaces, guides)
     plan = Plan(
         camera=camera,
         camera_motion=camera_motion,
-        shutter=shutter if moves else None,
+        shutter=shutter,
         speeds=speeds,
         rectangle=scene.camera.rectangle(),
         frame_width=scene.camera.width,

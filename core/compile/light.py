@@ -13,15 +13,8 @@ from ..geometry.mesh import Triangles, bare_triangles
 from ..lights import Emitters, Lights, compile_hulls, ray_mask
 from ..lights.environment import Environment, compile_environment
 from ..plan import LampHulls
-from ..scene import (
-    Lamp,
-    Material,
-    Scene,
-)
-from ..shading import (
-    SurfaceTable,
-    WorldShader,
-)
+from ..scene import Lamp, Material, Scene
+from ..shading import SurfaceTable, WorldShader
 
 # So many cells wide is the map of a world that is no picture, or a sky with a sun (Cycles).
 LEAST_MAP, SKY_MAP = 1024, 512

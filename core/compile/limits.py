@@ -6,15 +6,9 @@ from ..bsdf import DIFFUSE, GLOSSY
 from ..geometry.mesh import Triangles
 from ..lights import ray_mask
 from ..sampling.patterns import PATTERNS
-from ..scene import (
-    Scene,
-    SceneError,
-)
+from ..scene import Scene, SceneError
 from ..settings import Settings
-from ..shading import (
-    SurfaceTable,
-    WorldShader,
-)
+from ..shading import SurfaceTable, WorldShader
 
 # Limits of so many diffuse or glossy bounces hardly ask as what a ray counts: in a closed room of
 # white plastic that is 0.2 % of the light, and 20 % of the time.

@@ -11,14 +11,7 @@ from ..film.ledger import surface_facts
 from ..geometry.accel import Accel, compile_own
 from ..images.store import fit
 from ..kept import KEEP_NOTHING, Kept
-from ..scene import (
-    Instance,
-    Link,
-    Material,
-    Node,
-    Note,
-    Scene,
-)
+from ..scene import Instance, Link, Material, Node, Note, Scene
 from ..settings import Settings
 from ..shading import (
     OWN,

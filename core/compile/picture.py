@@ -13,12 +13,7 @@ from ..geometry.view import View
 from ..lights import Lights
 from ..optics import panoramas
 from ..plan import Plan
-from ..scene import (
-    Camera,
-    Material,
-    Note,
-    Scene,
-)
+from ..scene import Camera, Material, Note, Scene
 from ..settings import Settings
 from ..shading import SurfaceTable
 
