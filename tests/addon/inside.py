@@ -105,13 +105,18 @@ def use_exr(scene, path, multilayer=False):
 
 def glowing(colour=(1.0, 1.0, 1.0), name="Glow"):
     """Return a material that emits."""
+    return shaded("ShaderNodeEmission", colour, name)
+
+
+def shaded(kind, colour, name):
+    """Return a material of one shader node of this colour."""
     material = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0):
         material.use_nodes = True
     tree = material.node_tree
-    emission = tree.nodes.new("ShaderNodeEmission")
-    emission.inputs["Color"].default_value = (*colour, 1)
-    tree.links.new(emission.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    shader = tree.nodes.new(kind)
+    shader.inputs["Color"].default_value = (*colour, 1)
+    tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
     return material
 
 

@@ -5,16 +5,9 @@ import pytest
 
 
 def matte(name, colour):
-    import bpy
+    from inside import shaded
 
-    material = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    tree = material.node_tree
-    node = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    node.inputs["Color"].default_value = (*colour, 1)
-    tree.links.new(node.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
-    return material
+    return shaded("ShaderNodeBsdfDiffuse", colour, name)
 
 
 def two_squares():
