@@ -24,6 +24,7 @@ NAMES = (
     "samples",
     "time_limit",
     "light_samples",
+    "scatter_samples",
     "splitting",
     "use_adaptive_sampling",
     "adaptive_threshold",

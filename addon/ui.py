@@ -26,6 +26,7 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "time_limit",
             "pattern",
             "light_samples",
+            "scatter_samples",
             "splitting",
             "seed",
             "use_animated_seed",

@@ -64,6 +64,8 @@ class Plan:
     samples: tuple[int, int]  # the first, and the one past the last
     total_samples: int
     light_samples: int
+    scatter_samples: int
+    measures: tuple[str, ...]  # which of these two are to be found by measuring
     splitting: bool
     batch: int  # slots in flight
     time_limit: float
@@ -162,6 +164,8 @@ class Plan:
             "a world that shines" if self.world is not None else "a black world",
             f"up to {self.max_bounces} bounces",
             f"{self.batch} samples in flight",
+            f"where the camera looks {self.light_samples} shadow rays to each light and "
+            f"{self.scatter_samples} rays on",
         ]
         present = [name for name, is_there in self._features.items() if is_there]
         absent = [name for name, is_there in self._features.items() if not is_there]

@@ -27,10 +27,11 @@ from .plan import Plan
 from .sampling.dimensions import LENS, PIXEL, TIME
 from .sampling.draws import Draws, Numbers
 from .scene import Note
+from .splits import settled, splits_of
 from .statistics import Tally, peak_memory, summary
 from .transport.middle import look
 from .transport.path import trace
-from .transport.stars import Drawn, add_stars
+from .transport.stars import add_stars
 from .transport.state import Paths, Rays
 
 TICK = 0.05  # seconds between two looks at the caller
@@ -146,13 +147,14 @@ def render(
             plan,
         )
 
-    def wait_for(future: Future[Drawn]) -> None:
+    def wait_for(future: Future[Any]) -> None:
         wait([future], timeout=TICK)
         if on_tick is not None and on_tick(progress()):
             stop.set()
 
     with ThreadPoolExecutor(workers, thread_name_prefix="penumbra") as pool:
         try:
+            plan = settled(plan, pool, _sample, stop, wait_for)
             if plan.stars is not None:
                 add_stars(plan, film, pool, workers, total, stop, wait_for)
             while more and not stop.is_set() or queue:
@@ -194,7 +196,7 @@ def render(
         plan.exposure,
         int(film.counts.min()) if pixels else 0,
         complete,
-        summary(total, plan.prepared, pixels, seconds),
+        summary(total, plan.prepared, splits_of(plan), pixels, seconds),
         plan,
         notes,
     )

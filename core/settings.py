@@ -84,7 +84,19 @@ class Settings:
         "SOBOL", "Pattern", "How the samples of a pixel are spread", choices=PATTERNS
     )
     light_samples: int = _count(
-        1, "Light Samples", "Shadow rays to each light where a camera ray meets a surface", 1, 64
+        0,
+        "Light Samples",
+        "Shadow rays to each light where a camera ray meets a surface; 0 measures what pays",
+        0,
+        64,
+    )
+    scatter_samples: int = _count(
+        0,
+        "Scatter Samples",
+        "Rays that go on from each closure where a camera ray meets a surface; 0 measures what "
+        "pays",
+        0,
+        64,
     )
     splitting: bool = _option(
         True,

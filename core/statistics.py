@@ -93,6 +93,10 @@ STATISTICS = (
     Statistic("samples_per_pixel", "samples", "mean samples of a pixel"),
     Statistic("samples_per_second", "1/s", "pixel samples"),
     Statistic("rays_per_second", "1/s", "rays of all kinds"),
+    Statistic(
+        "light_samples", "rays", "shadow rays to each light where a camera ray meets a surface"
+    ),
+    Statistic("scatter_samples", "rays", "rays that go on from each closure there"),
     Statistic("peak_memory", "bytes", "largest memory the process has had"),
 )
 
@@ -114,7 +118,9 @@ class Preparation:
     extra: dict[str, Any] = field(default_factory=dict)
 
 
-def summary(tally: Tally, prepared: Preparation, pixels: int, wall: float) -> dict[str, Any]:
+def summary(
+    tally: Tally, prepared: Preparation, splits: dict[str, int], pixels: int, wall: float
+) -> dict[str, Any]:
     """Return the statistics of a render by the keys of `STATISTICS`."""
     rays = tally.rays
     values: dict[str, Any] = {f"rays_{kind}": getattr(tally, f"rays_{kind}") for kind in RAY_KINDS}
@@ -139,6 +145,7 @@ def summary(tally: Tally, prepared: Preparation, pixels: int, wall: float) -> di
         "samples_per_pixel": tally.samples / max(pixels, 1),
         "samples_per_second": tally.samples / wall if wall > 0 else 0.0,
         "rays_per_second": rays / wall if wall > 0 else 0.0,
+        **splits,
         "peak_memory": peak_memory(),
     }
     assert list(values) == [row.key for row in STATISTICS]

@@ -42,7 +42,14 @@ from .limits import (
     seed_of,
 )
 from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer
-from .picture import catchers_alone, denoising_of, ledger_of, note_guides, spread_of
+from .picture import (
+    catchers_alone,
+    denoising_of,
+    ledger_of,
+    measures_of,
+    note_guides,
+    spread_of,
+)
 
 T = TypeVar("T", Instance, Stars)
 
@@ -260,7 +267,9 @@ def compile_plan(
         seed=seed_of(settings, scene.frame),
         samples=settings.sample_range(),
         total_samples=settings.samples,
-        light_samples=settings.light_samples,
+        light_samples=settings.light_samples or 1,
+        scatter_samples=settings.scatter_samples or 1,
+        measures=measures_of(settings, surfaces, lights is not None or environment is not None),
         splitting=settings.splitting,
         batch=BATCH if max_bounces == 0 else BOUNCING_BATCH,
         time_limit=settings.time_limit,

@@ -67,6 +67,18 @@ def note_guides(scene: Scene, surfaces: SurfaceTable, notes: list[Note]) -> None
         notes.append(Note("Render settings", text))
 
 
+def measures_of(
+    settings: Settings, surfaces: SurfaceTable, samples_lights: bool
+) -> tuple[str, ...]:
+    """Return which numbers of rays are to be found by measuring; see `splits`."""
+    scatters = settings.max_bounces > 0 and any(not each.IS_DELTA for each in surfaces.modules)
+    wanted = {
+        "light_samples": samples_lights and not settings.light_samples,
+        "scatter_samples": scatters and not settings.scatter_samples,
+    }
+    return tuple(name for name, is_wanted in wanted.items() if is_wanted)
+
+
 def catchers_alone(plan: Plan) -> Plan:
     """Return what there would be if all but the shadow catchers and their lights were away."""
     assert plan.accel is not None and plan.triangles is not None

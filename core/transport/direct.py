@@ -34,6 +34,7 @@ from .mis import power_weight
 from .radiance import Radiance
 from .receiver import Receiver, Sample
 from .samples import samples
+from .scatter import copies_at
 from .shadow import passed
 from .state import Paths
 
@@ -55,7 +56,8 @@ def add(
     arrival = None
     if plan.lights is not None and plan.lights.shaders is not None:
         arrival = at_lamps(paths, depth)
-    to = _receiver(points, shaded, paths, arrival, radiance.sorts_light)
+    copies = copies_at(plan, depth)
+    to = _receiver(points, shaded, paths, arrival, radiance.sorts_light, copies)
     if to is None:
         return
     only = to.only
@@ -109,6 +111,7 @@ def _receiver(
     paths: Paths,
     arrival: Arrival | None,
     is_sorted: bool,
+    copies: int,
 ) -> Receiver | None:
     """Return the points that have a closure which lamps can light, None if there are none."""
     lit = [each for each in shaded if each.scatters]
@@ -119,7 +122,7 @@ def _receiver(
     lobe = paths.scattered_by if is_sorted else None
     if count > WORTH_COMPACTING * points.size:
         way = paths.slot, paths.total, arrival, paths.passed
-        return Receiver(points, tuple(lit), *way, is_sorted, lobe)
+        return Receiver(points, tuple(lit), *way, is_sorted, lobe, copies)
 
     # Leave the others out; what is left stands in the order of the programs.
     index = np.concatenate([each.index for each in lit if each.index is not None])
@@ -134,7 +137,8 @@ def _receiver(
     arrival = None if arrival is None else arrival.take(index)
     passed = take(paths.passed, index)
     way = slot, total, arrival, passed
-    return Receiver(points.take(index), tuple(moved), *way, is_sorted, take(lobe, index))
+    lobe = take(lobe, index)
+    return Receiver(points.take(index), tuple(moved), *way, is_sorted, lobe, copies)
 
 
 # --- Scattering and shadow ----------------------------------------------------------------------
@@ -223,7 +227,7 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
     if plan.links_lights:
         sample = _linked(plan, to.points, sample)
     if only is not None:
-        value = _of_closure(only, None, sample)
+        value = _of_closure(to, only, None, sample)
         if value is None:
             return None
         if plan.shifts_terminators:
@@ -237,7 +241,7 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
     for shaded in to.shaded:
         light: Vec | None = None
         for lobe in shaded.lobes:
-            value = _of_closure(lobe, shaded.index, sample)
+            value = _of_closure(to, lobe, shaded.index, sample)
             if value is not None:
                 if plan.shifts_terminators:
                     value = _shifted(plan, to, value, lobe, shaded.index, sample)
@@ -261,7 +265,7 @@ def _scattered_by_lobe(plan: Plan, to: Receiver, sample: Sample) -> np.ndarray:
     for shaded in to.shaded:
         columns = slice(None) if shaded.index is None else shaded.index
         for lobe in shaded.lobes:
-            value = _of_closure(lobe, shaded.index, sample)
+            value = _of_closure(to, lobe, shaded.index, sample)
             if value is None:
                 continue
             if plan.shifts_terminators:
@@ -289,7 +293,9 @@ def _linked(plan: Plan, points: Points, sample: Sample) -> Sample:
     return replace(sample, gain=sample.gain * (linked > 0))
 
 
-def _of_closure(lobe: LobeAt, index: Index | None, sample: Sample) -> Scalar | Vec | None:
+def _of_closure(
+    to: Receiver, lobe: LobeAt, index: Index | None, sample: Sample
+) -> Scalar | Vec | None:
     """Return f cos times the weight against scattered rays, before the closure's own weight."""
     module = lobe.module
     kinds = lit_as(module)
@@ -311,6 +317,7 @@ def _of_closure(lobe: LobeAt, index: Index | None, sample: Sample) -> Scalar | V
     light_pdf = sample.matte_pdf if module.RAY_KIND == DIFFUSE else sample.pdf
     if light_pdf is not None:
         own = pdf if lobe.share is None else pdf * lobe.share
+        own = own if to.copies == 1 else own * F32(to.copies)
         value = value * power_weight(_part(light_pdf, index), own)
     if not isinstance(sample.seen_by, int):
         value = value * ((_part(sample.seen_by, index) & kinds) != 0)

@@ -18,7 +18,8 @@ class Receiver:
 
     shaded counts its points within these.  arrival: how lamps see rays to them, None where no lamp
     asks; passed (N,): transparent surfaces on the way to the points, None is 0.  is_sorted: light
-    is wanted by lobe, of paths that were first scattered_by (N,), None is nothing yet.
+    is wanted by lobe, of paths that were first scattered_by (N,), None is nothing yet.  copies:
+    how many rays go on from each closure.
     """
 
     points: Points
@@ -29,6 +30,7 @@ class Receiver:
     passed: NDArray[np.int16] | None = None
     is_sorted: bool = False
     scattered_by: NDArray[np.uint8] | None = None
+    copies: int = 1
 
     @property
     def only(self) -> LobeAt | None:

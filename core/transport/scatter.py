@@ -69,6 +69,7 @@ class Branch:
     is_first: bool
     is_clear: bool | NDArray[np.bool_] = False
     label: Label | None = None
+    part: tuple[int, int] = (0, 1)
 
     def take(self, index: Index, survival: Scalar) -> "Branch":
         """Return the branch at `index`, its weight divided by the probability to survive."""
@@ -83,12 +84,18 @@ class Branch:
             self.is_first,
             clear if isinstance(clear := self.is_clear, bool) else columns(clear, index),
             None if self.label is None else self.label.take(index),
+            self.part,
         )
 
 
 def splits_lobes(plan: Plan, depth: int) -> bool:
     """Tell whether surfaces at this depth send rays from each of their closures."""
     return plan.splitting and depth < SPLIT_LOBES
+
+
+def copies_at(plan: Plan, depth: int) -> int:
+    """Return how many rays each closure at this depth sends, unless all would be the same."""
+    return plan.scatter_samples if depth == 0 else 1
 
 
 def scatter(
@@ -132,9 +139,8 @@ def _all_branches(
 ) -> Iterator[Branch]:
     is_split = splits_lobes(plan, depth)
     pick: Scalar | None = None
-    third: Scalar | None = None
-    if _needs_choice(plan, shaded, is_split):
-        pick, third = draws.pair(dimension(CHOICE, depth), paths.slot)
+    if not is_split and any(len(each.lobes) > 1 for each in shaded):
+        pick, _ = draws.pair(dimension(CHOICE, depth), paths.slot)
     for each in shaded:
         chosen: Iterator[tuple[Index | None, LobeAt]]
         if is_split or len(each.lobes) == 1:
@@ -148,17 +154,13 @@ def _all_branches(
             index = some
             if each.index is not None:
                 index = each.index if some is None else each.index.take(some)
-            part = Lazy(paths, index), Lazy(points, index)
-            w = third if third is None or index is None else third.take(index)
-            is_first = not is_split or number == 0
+            way = Lazy(paths, index), Lazy(points, index), lobe
             senders = Senders(each, lobe, some) if plan.mixes_kinds else None
-            yield from _branches(plan, *part, lobe, senders, draws, w, depth, is_first)
-
-
-def _needs_choice(plan: Plan, shaded: Sequence[Shaded], is_split: bool) -> bool:
-    lobes = [lobe for each in shaded for lobe in each.lobes]
-    has_several = any(len(each.lobes) > 1 for each in shaded)
-    return (has_several and not is_split) or any(lobe.module.DRAWS > 2 for lobe in lobes)
+            is_first = not is_split or number == 0
+            copies = 1 if lobe.module.IS_DELTA else copies_at(plan, depth)
+            for item in range(copies):
+                first = is_first and item == 0
+                yield from _branches(plan, *way, senders, draws, (item, copies), depth, first)
 
 
 def _can_meet_light(plan: Plan, module: Any) -> bool:
@@ -175,7 +177,7 @@ def _branches(
     lobe: LobeAt,
     senders: Senders | None,
     draws: Draws,
-    w: Scalar | None,
+    part: tuple[int, int],
     depth: int,
     is_first: bool,
 ) -> Iterator[Branch]:
@@ -191,10 +193,12 @@ def _branches(
             yield from _split(plan, *some, is_first)
             index = np.flatnonzero(~in_view)
             paths, points, lobe = paths.take(index), points.take(index), lobe.take(index)
-            w = take(w, index)
 
     # One direction for each point.
-    u, v = draws.pair(dimension(SCATTER, depth), paths.slot)
+    u, v = draws.pair(dimension(SCATTER, depth), paths.slot, *part)
+    w = None
+    if module.DRAWS > 2:
+        _, w = draws.pair(dimension(CHOICE, depth), paths.slot, *part)
     frame, through = lobe.frame, None
     if hasattr(module, "sample_about"):
         direction, weight, pdf = module.sample_about(lobe.parameters, frame.normal, u, v)
@@ -217,9 +221,12 @@ def _branches(
         weight = kept if weight is None else weight * kept
     weight = lobe.weight if weight is None else lobe.weight * weight
     weight = _shifted(plan, points, lobe, direction, through, weight)
+    if part[1] > 1:
+        weight = weight * F32(1 / part[1])
     pdf = None if module.IS_DELTA else pdf
     clear = _is_clear(plan, lobe)
-    yield Branch(points, paths, direction, through, weight, pdf, module, is_first, clear, label)
+    what = through, weight, pdf, module, is_first, clear, label, part
+    yield Branch(points, paths, direction, *what)
 
 
 def _is_clear(plan: Plan, lobe: LobeAt) -> bool | NDArray[np.bool_]:
@@ -298,9 +305,10 @@ def _segment(plan: Plan, branch: Branch, draws: Draws, depth: int, tally: Tally)
     faint: Scalar | np.float32 = FAINT
     if module.IS_DELTA:
         faint = np.where(_in_view(branch.paths), FAINT_IN_VIEW, FAINT)
+    faint = faint * F32(1 / plan.scatter_samples)
     survival = np.minimum(strength / faint, F32(1))
     if survival.size and survival.min() < 1:
-        chance, _ = draws.pair(dimension(ROULETTE, depth), branch.paths.slot)
+        chance, _ = draws.pair(dimension(ROULETTE, depth), branch.paths.slot, *branch.part)
         alive = np.flatnonzero(chance < survival)
         if not alive.size:
             return None
@@ -399,6 +407,8 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
         assert pdf is not None
         least = pdf if label is None else label.pdf
         least = least if paths.least_pdf is None else np.minimum(paths.least_pdf, least)
+    if pdf is not None and branch.part[1] > 1:
+        pdf = pdf * F32(branch.part[1])
     slot = np.arange(size) if paths.slot is None else paths.slot
     throughput = np.broadcast_to(branch.weight, (3, size))
     passed = travelled = None

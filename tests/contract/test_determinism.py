@@ -1,6 +1,7 @@
 """render -> the same picture on any number of threads, stopped in time, empty without complaint."""
 
 import threading
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from penumbra.core import Cancelled, Settings, compile_plan, render
 from penumbra.core.batches import CHUNK
 from penumbra.core.compile import BOUNCING_BATCH
+from penumbra.core.splits import splits_of
 from penumbra.core.statistics import STATISTICS
 from tests.support import scenes as s
 
@@ -29,7 +31,7 @@ def plan(view=VIEW, *things, **settings):
 
 @pytest.mark.parametrize("pattern", ("SOBOL", "RANDOM", "JITTERED"))
 def test_the_picture_has_the_same_bits_on_any_number_of_threads(pattern):
-    described = plan(VIEW, *STAGE, pattern=pattern, samples=40, light_samples=2)
+    described = plan(VIEW, *STAGE, pattern=pattern, samples=40, light_samples=2, scatter_samples=3)
     one, *others = (render(described, threads=threads) for threads in (1, 1, 2, 3, 7))
     for other in others:
         np.testing.assert_array_equal(one.film.sums, other.film.sums)  # doubles
@@ -56,6 +58,20 @@ def test_the_picture_does_not_depend_on_how_samples_are_cut_into_chunks():
         )  # fmt: skip
         total += part.astype(float) * (end - first)
     np.testing.assert_allclose(total / samples, whole, rtol=1e-6, atol=1e-6)
+
+
+def test_what_pays_is_measured_alike_on_any_threads_and_for_any_part_of_the_picture():
+    view = s.camera((0, -4, 2), (0, 0, 0.5), size=160, width=160)
+    glowing = *STAGE, s.area((0, 2, 2), (0, 0, 0.5), radiance=4.0, size=(1.5, 1.5))
+    described = plan(view, *glowing, samples=60, max_bounces=2, sample_subset_length=2)
+    described = replace(described, samples=(0, 2))
+    one, three = (render(described, threads=threads) for threads in (1, 3))
+    np.testing.assert_array_equal(one.film.sums, three.film.sums)
+    later = replace(described, samples=(40, 41))
+    part = replace(described, samples=(0, 1), rectangle=(10, 10, 40, 30))
+    chosen = splits_of(one.plan)
+    assert max(chosen.values()) > 1  # it was measured
+    assert [splits_of(render(each, threads=2).plan) for each in (later, part)] == 2 * [chosen]
 
 
 def test_another_seed_is_another_picture_and_the_frame_counts_only_if_asked():

@@ -87,14 +87,16 @@ INSIDE = s.camera((0.1, 0.2, -0.1), (0.5, 0.3, 1), fov=90)
 
 @pytest.mark.parametrize("shape", (s.box(), SPHERE), ids=("box", "sphere"))
 @pytest.mark.parametrize("bounces", (0, 1, 3))
-@pytest.mark.parametrize("light_samples", (1, 3))
-def test_a_furnace_shows_as_many_terms_as_bounces_allow(shape, bounces, light_samples):
+@pytest.mark.parametrize(
+    "numbers", ({}, {"light_samples": 3}, {"scatter_samples": 3}), ids=("one", "light", "scatter")
+)
+def test_a_furnace_shows_as_many_terms_as_bounces_allow(shape, bounces, numbers):
     walls = s.put(shape, s.glowing(0.5, (1.0, 2.0, 3.0)))
-    settings = {"max_bounces": bounces, "light_samples": light_samples, "samples": 32}
+    settings = {"max_bounces": bounces, "samples": 32, **numbers}
     series = sum(0.5**k for k in range(bounces + 2))
     found = s.means(INSIDE, walls, **settings) / 2
     assert found.std(ddof=1) < 0.02
-    assert_same_mean(found, series, tests=12)
+    assert_same_mean(found, series, tests=18)
 
 
 MIXTURES = {
@@ -114,12 +116,14 @@ MIXTURES = {
 }
 
 
+@pytest.mark.parametrize("scatter_samples", (1, 4))
 @pytest.mark.parametrize("splitting", (True, False), ids=("split", "one"))
 @pytest.mark.parametrize("name", ("mixture", "mirror and matte"))
-def test_a_furnace_of_mixtures_converges_to_its_series(name, splitting):
+def test_a_furnace_of_mixtures_converges_to_its_series(name, splitting, scatter_samples):
     # A box in a box, so that what passes the inner walls comes from somewhere.
     shader, albedo = MIXTURES[name]
     walls = Material("Walls", s.shader(shader, s.emission().surface))
     things = s.put(s.box(), walls), s.put(s.box(2.0), s.glowing(0.6, 1.0))
-    found = s.means(INSIDE, *things, samples=32, splitting=splitting, **DEEP)
-    assert_same_mean(found, 1 / (1 - albedo), tests=4)
+    how = {"splitting": splitting, "scatter_samples": scatter_samples}
+    found = s.means(INSIDE, *things, samples=32, **how, **DEEP)
+    assert_same_mean(found, 1 / (1 - albedo), tests=8)

@@ -126,6 +126,11 @@ SCENES = {
     "area lamp, principled": ([ground("principled"), AREA], {}),
     "area lamp, principled, split": ([ground("principled"), AREA], {"splitting": True}),
     "area lamp, four samples": ([ground("rough"), AREA], {"light_samples": 4}),
+    "area lamp, mixture, four rays on": ([ground("mixture"), AREA], {"scatter_samples": 4}),
+    "area lamp, principled, split, three of each": (
+        [ground("principled"), AREA],
+        {"splitting": True, "light_samples": 3, "scatter_samples": 3},
+    ),
     "sphere lamp": (
         [ground("rough"), s.point((0, 0.5, 0.7), 1.0, radius=0.3, soft_falloff=False)],
         {},
@@ -148,6 +153,7 @@ SCENES = {
     "mesh, mixture, split": ([ground("mixture"), glow(0.5)], {"splitting": True}),
     "mesh, principled": ([ground("principled"), glow(0.5)], {}),
     "mesh, four samples": ([ground("mixture"), glow(0.5)], {"light_samples": 4}),
+    "mesh, mixture, four rays on": ([ground("mixture"), glow(0.5)], {"scatter_samples": 4}),
     "mesh below a thin sheet": ([ground("thin"), glow(0.6, -0.7)], {}),
     "meshes and lamps": ([ground("mixture"), glow(0.3), AREA], {"splitting": True}),
     "world, matte": ([ground("matte"), spotted_world()], {}),
@@ -155,6 +161,10 @@ SCENES = {
     "world, principled": ([ground("principled"), spotted_world()], {}),
     "world, principled, split": ([ground("principled"), spotted_world()], {"splitting": True}),
     "world, four samples": ([ground("mixture"), spotted_world()], {"light_samples": 4}),
+    "world, mixture, four rays on": (
+        [ground("mixture"), spotted_world()],
+        {"scatter_samples": 4},
+    ),
     "mesh behind a sheet": ([ground("mixture"), glow(0.5), sheet()], {}),
     "lamp behind a sheet": ([ground("rough"), AREA, sheet()], {}),
     "town behind a sheet": ([ground("rough"), *street(LAMPS_TRIED_EACH + 9), sheet()], {}),

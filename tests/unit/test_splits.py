@@ -1,0 +1,82 @@
+"""splits -> how many rays pay: the arithmetic of the choice, and plain scenes."""
+
+import pytest
+
+from penumbra.core import compile_plan, render
+from penumbra.core.splits import COUNTS, choose, splits_of
+from tests.support import scenes as s
+
+NAMES = ("light_samples", "scatter_samples")
+MOST = COUNTS[-1]
+
+# (error that nothing changes, of light, of scattered rays), (cost likewise), the best numbers
+CASES = {
+    "nothing is theirs": ((1, 0, 0), (1, 1, 1), (1, 1)),
+    "all is the light's, rays are cheap": ((0, 1, 0), (9, 1, 1), (4, 1)),
+    "all is the light's, error and cost": ((0, 1, 0), (0, 1, 0), (1, 1)),
+    "all is of scattered rays": ((0, 0, 1), (8, 1, 1), (1, 4)),
+    "a sample shall not take too long": ((0, 0, 1), (1, 0, 1), (1, 2)),
+    "half each": ((0, 1, 1), (8, 1, 1), (4, 4)),
+    "half is the pixel's": ((1, 1, 0), (4, 1, 0), (2, 1)),
+    "too little to be sure of": ((1, 0.05, 0.05), (8, 1, 1), (1, 1)),
+    "better than one over the number": ((-0.1, 0.05, 1), (0.5, 0.2, 1.3), (1, 2)),
+    "noise made it worse": ((1, -0.5, -0.1), (8, 1, 1), (1, 1)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_least_product_of_error_and_cost_wins(name):
+    error, cost, best = CASES[name]
+    errors, costs = [sum(error)], [sum(cost)]
+    for share, step in zip(error[1:], cost[1:], strict=True):
+        errors.append(sum(error) - share + share / MOST)
+        costs.append(sum(cost) + step * (MOST - 1))
+    assert choose(NAMES, errors, costs) == dict(zip(NAMES, best, strict=True))
+
+
+# --- Scenes -------------------------------------------------------------------------------------
+
+VIEW = s.camera((0, -4, 3), (0, 0, 0), size=96)
+GROUND = s.put(s.quad((9, 0, 0), (0, 9, 0)), s.diffuse(0.7))
+BLINDS = tuple(
+    s.put(s.quad((2, 0, 0), (0, 0.1, 0)), s.diffuse(0.0), to_world=s.affine(1.0, (0, y / 4, 0.5)))
+    for y in range(-5, 6)
+)
+
+
+def chosen(*things, samples=256, **settings):
+    settings = {"samples": samples, "use_sample_subset": True, "sample_subset_length": 1} | settings
+    plan = compile_plan(s.scene(VIEW, *things), s.replace(s.DEFAULTS, **settings))
+    picture = render(plan)
+    numbers = splits_of(picture.plan)
+    assert {name: picture.statistics[name] for name in NAMES} == numbers
+    return tuple(numbers[name] for name in NAMES)
+
+
+def lamp(size):
+    return s.area((0, 0.5, 2), (0, 0, 0), radiance=4.0, size=(size, size))
+
+
+def test_penumbrae_take_more_light_samples_and_sharp_shadows_do_not():
+    soft, _ = chosen(GROUND, *BLINDS, lamp(1.5), max_bounces=0)
+    sharp, _ = chosen(GROUND, *BLINDS, lamp(1e-3), max_bounces=0)
+    assert (soft, sharp) == (MOST, 1)
+
+
+def test_light_that_comes_by_chance_takes_more_scattered_rays():
+    wall = s.put(s.quad((3, 0, 0), (0, 0, 3)), s.diffuse(0.8), to_world=s.affine(1.0, (0, 2, 0)))
+    lit = s.put(s.quad((1, 0, 0), (0, 1, 0)), s.diffuse(0.9), to_world=s.affine(1.0, (0, 0, 4)))
+    _, scattered = chosen(GROUND, wall, lit, s.spot((0, 0, 1), (0, 0, 4)), max_bounces=2)
+    assert scattered > 1
+
+
+def test_small_pictures_and_numbers_that_are_set_are_not_measured():
+    things = GROUND, *BLINDS, lamp(1.5)
+    assert chosen(*things, samples=4, max_bounces=0) == (1, 1)
+    assert chosen(*things, light_samples=3, scatter_samples=2) == (3, 2)
+
+
+def test_nothing_is_measured_that_cannot_matter():
+    mirrors = s.put(s.sphere(1.0), s.mirror(0.9))
+    plan = compile_plan(s.scene(VIEW, mirrors, s.world(1.0)), s.DEFAULTS)
+    assert plan.measures == ()
