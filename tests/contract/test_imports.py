@@ -35,6 +35,7 @@ LAYERS = (
     "compile",
     "transport",
     "batches",
+    "splits",
     "render",
     "interactive",
     "__init__",
