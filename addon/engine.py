@@ -139,7 +139,8 @@ class _Job:
         plan = core.compile_plan(scene, settings, announce=self.say, should_stop=engine.test_break)
         render = self.depsgraph.scene_eval.render
         self.say("Sampling")
-        picture = core.render(plan, threads=thread_count(render), on_tick=_Ticker(self))
+        threads = thread_count(render)
+        picture = core.render(plan, threads, on_tick=_Ticker(self), lingers=False)
         self.write(picture)
         self.write_passes(picture)
         self.end()

@@ -115,11 +115,13 @@ def render(
     threads: int = 0,
     on_tick: Callable[[Progress], bool | None] | None = None,
     stop: threading.Event | None = None,
+    lingers: bool = True,
 ) -> Picture:
     """Sample a plan; `on_tick` is called every 50 ms on the caller's thread, True stops.
 
     threads = 0 uses all cores.  `stop` stops from another thread, at once; it is set when this
-    one has stopped.  A stopped render keeps what it has.
+    one has stopped.  A stopped render keeps what it has; unless it `lingers`, it returns while the
+    batches under way, which are lost, still end, in a bounce's time.
     """
     start = perf_counter()
     keep_pages()
@@ -152,41 +154,47 @@ def render(
         if on_tick is not None and on_tick(progress()):
             stop.set()
 
-    with ThreadPoolExecutor(workers, thread_name_prefix="penumbra") as pool:
-        try:
-            plan = settled(plan, pool, _sample, stop, wait_for)
-            if plan.stars is not None:
-                add_stars(plan, film, pool, workers, total, stop, wait_for)
-            while more and not stop.is_set() or queue:
-                # Keep every worker busy, with a little in store.
-                while more and len(queue) < 2 * workers and not stop.is_set():
-                    if pauses and queue:
-                        break
-                    batch = next(batches, None)
-                    more, pauses = batch is not None, isinstance(batch, Pause)
-                    if isinstance(batch, Batch):
-                        queue.append((batch, pool.submit(_sample, plan, batch, stop)))
-                        begun += batch.block.key.size * (batch.end - batch.first)
-                if queue:
-                    wait([queue[0][1]], timeout=TICK)
+    pool = ThreadPoolExecutor(workers, thread_name_prefix="penumbra")
+    is_leaving = False
+    try:
+        plan = settled(plan, pool, _sample, stop, wait_for)
+        if plan.stars is not None:
+            add_stars(plan, film, pool, workers, total, stop, wait_for)
+        while (more and not stop.is_set() or queue) and not is_leaving:
+            # Keep every worker busy, with a little in store.
+            while more and len(queue) < 2 * workers and not stop.is_set():
+                if pauses and queue:
+                    break
+                batch = next(batches, None)
+                more, pauses = batch is not None, isinstance(batch, Pause)
+                if isinstance(batch, Batch):
+                    queue.append((batch, pool.submit(_sample, plan, batch, stop)))
+                    begun += batch.block.key.size * (batch.end - batch.first)
+            if queue:
+                wait([queue[0][1]], timeout=TICK)
 
-                # Merge in the order of submission, so that sums do not depend on scheduling.
-                while queue and queue[0][1].done():
-                    batch, future = queue.popleft()
-                    sums = future.result()
-                    schedule.add(batch, sums)
-                    total.add(sums.tally)
+            # Merge in the order of submission, so that sums do not depend on scheduling.
+            while queue and queue[0][1].done():
+                batch, future = queue.popleft()
+                sums = future.result()
+                schedule.add(batch, sums)
+                total.add(sums.tally)
 
-                seconds = perf_counter() - start
-                timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
-                fraction = max(fraction, total.samples / max(schedule.expected, 1))
-                if timed_out or (on_tick is not None and on_tick(progress())):
-                    stop.set()
-        except BaseException:
-            stop.set()
-            raise
+            seconds = perf_counter() - start
+            timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
+            fraction = max(fraction, total.samples / max(schedule.expected, 1))
+            if on_tick is not None and on_tick(progress()):
+                stop.set()
+                is_leaving = not lingers
+            if timed_out:
+                stop.set()
+    except BaseException:
+        stop.set()
+        raise
+    finally:
+        pool.shutdown(wait=not is_leaving, cancel_futures=True)
     release_pages()
-    complete = timed_out or (not more and total.samples == begun)
+    complete = (timed_out and not is_leaving) or (not more and total.samples == begun)
     notes: tuple[Note, ...] = ()
     if plan.denoising is not None and complete:
         notes = _denoise(plan.denoising, film, threads)

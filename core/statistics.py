@@ -94,9 +94,9 @@ STATISTICS = (
     Statistic("samples_per_second", "1/s", "pixel samples"),
     Statistic("rays_per_second", "1/s", "rays of all kinds"),
     Statistic(
-        "light_samples", "rays", "shadow rays to each light where a camera ray meets a surface"
+        "used_light_samples", "rays", "shadow rays to each light where a camera ray meets a surface"
     ),
-    Statistic("scatter_samples", "rays", "rays that go on from each closure there"),
+    Statistic("used_scatter_samples", "rays", "rays that go on from each closure there"),
     Statistic("peak_memory", "bytes", "largest memory the process has had"),
 )
 
@@ -145,7 +145,7 @@ def summary(
         "samples_per_pixel": tally.samples / max(pixels, 1),
         "samples_per_second": tally.samples / wall if wall > 0 else 0.0,
         "rays_per_second": rays / wall if wall > 0 else 0.0,
-        **splits,
+        **{f"used_{name}": number for name, number in splits.items()},
         "peak_memory": peak_memory(),
     }
     assert list(values) == [row.key for row in STATISTICS]

@@ -43,6 +43,7 @@ from .limits import (
 )
 from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer
 from .picture import (
+    batch_of,
     catchers_alone,
     denoising_of,
     ledger_of,
@@ -55,10 +56,6 @@ T = TypeVar("T", Instance, Stars)
 
 # With fewer samples than this for each triangle, a quick build saves more than its rays cost.
 QUICK_BUILD = 0.5
-
-# Slots in flight: arrays that stay in the caches, yet long enough that calls cost little; of paths
-# that bounce, few are left at the end.
-BATCH, BOUNCING_BATCH = 1 << 15, 1 << 16
 
 
 def compile_plan(
@@ -271,7 +268,7 @@ def compile_plan(
         scatter_samples=settings.scatter_samples or 1,
         measures=measures_of(settings, surfaces, lights is not None or environment is not None),
         splitting=settings.splitting,
-        batch=BATCH if max_bounces == 0 else BOUNCING_BATCH,
+        batch=batch_of(settings, scene.camera, surfaces, max_bounces),
         time_limit=settings.time_limit,
         adaptive=adaptive,
         max_bounces=max_bounces,

@@ -9,7 +9,6 @@ import pytest
 
 from penumbra.core import Cancelled, Settings, compile_plan, render
 from penumbra.core.batches import CHUNK
-from penumbra.core.compile import BOUNCING_BATCH
 from penumbra.core.splits import splits_of
 from penumbra.core.statistics import STATISTICS
 from tests.support import scenes as s
@@ -40,8 +39,9 @@ def test_the_picture_has_the_same_bits_on_any_number_of_threads(pattern):
 
 
 def test_a_picture_of_many_batches_has_the_same_bits_on_any_number_of_threads():
-    view = s.camera((0, -4, 2), (0, 0, 0.5), size=100, width=BOUNCING_BATCH // 100 * 2 + 7)
+    view = s.camera((0, -4, 2), (0, 0, 0.5), size=100, width=1307)
     described = plan(view, *STAGE, samples=3, max_bounces=1)
+    assert described.batch < 100 * 1307
     one, three = (render(described, threads=threads) for threads in (1, 3))
     np.testing.assert_array_equal(one.film.sums, three.film.sums)
 
@@ -104,6 +104,23 @@ def test_stopping_keeps_what_is_there_and_answers_soon():
     assert (image[..., :3].max(axis=2) > 0).all()
     assert (image[..., 3] == 1).all()
     assert list(picture.statistics) == [row.key for row in STATISTICS]
+
+
+def test_who_does_not_linger_has_the_picture_while_batches_still_end():
+    def on_tick(progress):
+        return progress.sample >= 1
+
+    heavy = plan(s.camera((0, -4, 2), (0, 0, 0.5), size=400), *STAGE, samples=1000, max_bounces=9)
+    picture = render(heavy, threads=2, on_tick=on_tick, lingers=False)
+    left = [t for t in threading.enumerate() if t.name.startswith("penumbra")]
+    assert left
+    before = picture.film.sums.copy()
+    for thread in left:
+        thread.join(timeout=20)
+        assert not thread.is_alive()
+    np.testing.assert_array_equal(picture.film.sums, before)
+    assert not picture.complete
+    assert picture.samples >= 1
 
 
 def test_stopping_at_the_first_tick_gives_a_picture_of_the_right_size():

@@ -49,7 +49,7 @@ def chosen(*things, samples=256, **settings):
     plan = compile_plan(s.scene(VIEW, *things), s.replace(s.DEFAULTS, **settings))
     picture = render(plan)
     numbers = splits_of(picture.plan)
-    assert {name: picture.statistics[name] for name in NAMES} == numbers
+    assert {name: picture.statistics[f"used_{name}"] for name in NAMES} == numbers
     return tuple(numbers[name] for name in NAMES)
 
 
