@@ -1,10 +1,12 @@
 """lamps -> what rays see that meet them: tried one by one, or found by hull, which is the same."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from penumbra.core import compile_plan, render
 from penumbra.core.arrays import F32, normalize
 from penumbra.core.bsdf import CAMERA, GLOSSY, TRANSMISSION
 from penumbra.core.compile.light import compile_lamp_hulls
@@ -16,6 +18,7 @@ from penumbra.core.statistics import Tally
 from penumbra.core.transport.emission import Crossing, _meet_all, _meet_by_hulls
 from penumbra.core.transport.mis import power_weight
 from tests.support import scenes as s
+from tests.support.statistics import assert_same_mean
 
 FLOOR = np.array([(-9, -9, -1), (9, -9, -1), (0, 9, -1)], F32), np.array([(0, 1, 2)], np.int32)
 
@@ -126,3 +129,26 @@ def test_what_was_sampled_as_well_is_weighted_against_that():
         found = _meet_all(plan, crossing(start, up, far, kinds, pdf=own, place=places), None)
         np.testing.assert_allclose(found[1], power_weight(own, pdf * split), rtol=1e-6)
     np.testing.assert_allclose(found[1, 2], 1)
+
+
+def test_a_million_lamps_light_a_floor_as_ten_thousand_of_their_power_do():
+    """So close to each other, compared with their height, that the floor cannot tell."""
+
+    def floor_under(side):
+        lamp = s.point((0, 0, 0), 1e4 / side**2)
+        place = np.linspace(-20, 20, side, endpoint=False) + 20 / side
+        spots = np.stack(np.meshgrid(place, place, [2.0]), axis=-1).reshape(-1, 3)
+        axes = np.eye(3)
+        many = (
+            replace(lamp, to_world=np.concatenate([axes, spot[:, None]], axis=1)) for spot in spots
+        )
+        floor = s.put(s.quad((2, 0, 0), (0, 2, 0)), s.diffuse(0.7))
+        view = s.camera((0, -3, 1.5), (0, 0, 0), size=16)
+        plan = compile_plan(s.scene(view, floor, *many), s.replace(s.DEFAULTS, samples=256))
+        assert plan.lights.count == side**2
+        found = [render(replace(plan, seed=seed)).combined()[:8, :, :3].mean() for seed in range(8)]
+        return np.array(found)
+
+    few, million = floor_under(100), floor_under(1000)
+    assert few.std(ddof=1) < 0.05 * few.mean()
+    assert_same_mean(million, few)
