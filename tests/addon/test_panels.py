@@ -305,7 +305,7 @@ def use_presets():
 
 def test_presets_hold_what_the_sampling_panel_shows_and_nothing_else(blender):
     found, shown = blender(use_presets)
-    assert found == [(32, "FAST", 1, 5), (4096, "HIGH", 1, 5), (12, "HIGH", 3, 5)]
+    assert found == [(32, "FAST", 0, 5), (4096, "HIGH", 0, 5), (12, "HIGH", 3, 5)]
     assert shown == [("popover", "RENDER_PT_penumbra_presets", None)]
 
 
