@@ -1,7 +1,9 @@
 """render -> the same picture on any number of threads, stopped in time, empty without complaint."""
 
+import sys
 import threading
 from dataclasses import replace
+from itertools import count
 from time import perf_counter
 
 import numpy as np
@@ -106,15 +108,24 @@ def test_stopping_keeps_what_is_there_and_answers_soon():
     assert list(picture.statistics) == [row.key for row in STATISTICS]
 
 
-def test_who_does_not_linger_has_the_picture_while_batches_still_end():
-    def on_tick(progress):
-        return progress.sample >= 1
+def test_who_does_not_linger_has_the_picture_while_batches_still_end(monkeypatch):
+    module, goes_on, number = sys.modules["penumbra.core.render"], threading.Event(), count()
+    sample = module._sample
 
-    heavy = plan(s.camera((0, -4, 2), (0, 0, 0.5), size=400), *STAGE, samples=1000, max_bounces=9)
-    picture = render(heavy, threads=2, on_tick=on_tick, lingers=False)
+    def held_up(*batch):
+        if next(number):
+            goes_on.wait(60)
+        return sample(*batch)
+
+    monkeypatch.setattr(module, "_sample", held_up)
+    described = plan(VIEW, *STAGE, samples=1000, light_samples=1, scatter_samples=1)
+    picture = render(
+        described, threads=2, on_tick=lambda progress: progress.sample >= 1, lingers=False
+    )
     left = [t for t in threading.enumerate() if t.name.startswith("penumbra")]
     assert left
     before = picture.film.sums.copy()
+    goes_on.set()
     for thread in left:
         thread.join(timeout=20)
         assert not thread.is_alive()
