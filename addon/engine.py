@@ -146,11 +146,11 @@ class _Job:
         self.end()
         statistics = dict(picture.statistics, export_seconds=export_seconds)
         if not engine.is_preview:
-            self.tell(plan, picture, statistics, settings)
+            self.tell(picture, statistics, settings)
 
-    def tell(self, plan: Any, picture: Any, statistics: dict[str, Any], settings: Settings) -> None:
+    def tell(self, picture: Any, statistics: dict[str, Any], settings: Settings) -> None:
         """Add to the report, to the picture's metadata and to Blender's info area."""
-        engine, scene = self.engine, self.depsgraph.scene
+        engine, scene, plan = self.engine, self.depsgraph.scene, picture.plan
         notes = (*plan.notes, *picture.notes)
         entry = {
             "frame": scene.frame_current,
