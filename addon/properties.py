@@ -245,8 +245,6 @@ def read_viewport_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLay
     return replace(
         settings,
         samples=settings.preview_samples or UNLIMITED,
-        light_samples=settings.light_samples or 1,
-        scatter_samples=settings.scatter_samples or 1,
         use_sample_subset=False,
         time_limit=0.0,
         use_adaptive_sampling=False,

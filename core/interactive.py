@@ -32,7 +32,7 @@ from .settings import UNLIMITED, Settings
 FIRST = 0.05  # seconds that the first picture may take to sample
 COARSEST = 16  # pixels, the side of its largest blocks
 SPEED = 1e6  # samples per second, until it is known
-BATCH = 1 << 16  # slots in flight: what somebody waits for ends soon
+BATCH = 1 << 16  # slots in flight: what somebody waits for ends soon, and begins at once
 REFRESH, REFRESH_MOST = 0.12, 1.0  # seconds between pictures, at first and later
 LARGEST = 65000.0  # that a float16 holds
 
@@ -241,7 +241,7 @@ class Renderer:
             float((x1 - x0) * (y1 - y0)),
         )
         self.status = ""
-        return replace(plan, batch=min(plan.batch, BATCH))
+        return replace(plan, batch=min(plan.batch, BATCH), measures=())
 
     def _say(self, text: str) -> None:
         self.status = text

@@ -149,10 +149,15 @@ def render(
             plan,
         )
 
+    def has_given_up() -> bool:
+        if on_tick is None or not on_tick(progress()):
+            return False
+        stop.set()
+        return True
+
     def wait_for(future: Future[Any]) -> None:
         wait([future], timeout=TICK)
-        if on_tick is not None and on_tick(progress()):
-            stop.set()
+        has_given_up()
 
     pool = ThreadPoolExecutor(workers, thread_name_prefix="penumbra")
     is_leaving = False
@@ -183,9 +188,7 @@ def render(
             seconds = perf_counter() - start
             timed_out = 0 < plan.time_limit <= seconds and bool(film.counts.all())
             fraction = max(fraction, total.samples / max(schedule.expected, 1))
-            if on_tick is not None and on_tick(progress()):
-                stop.set()
-                is_leaving = not lingers
+            is_leaving = has_given_up() and not lingers
             if timed_out:
                 stop.set()
     except BaseException:

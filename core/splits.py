@@ -50,14 +50,14 @@ def settled(
     stop: threading.Event,
     wait_for: Callable[[Future[Sums]], None],
 ) -> Plan:
-    """Return the plan with the numbers that it wants measured.
+    """Return the plan, which has one of each so far, with the numbers that it wants measured.
 
     `sample` renders a batch.  Small pictures take one of each, and so do those that are stopped.
     """
-    pixels = _pixels(plan)
-    if not plan.measures or not pixels:
-        return plan
-    plain = _with(plan, dict.fromkeys(plan.measures, 1))
+    pixels = _pixels(plan) if plan.measures else 0
+    if not pixels:
+        return replace(plan, measures=())
+    plain = replace(plan, ledger=None)  # passes do not change what pays
     tries = [plain] + [_with(plain, {name: COUNTS[-1]}) for name in plan.measures]
 
     # Every pixel twice, by other numbers, none of which are those of the picture
@@ -69,12 +69,13 @@ def settled(
             wait_for(future)
     sums = [future.result() for future in futures]
     if stop.is_set():
-        return plain
+        return plan
 
     # What they cost, and how far the two are apart
     means = np.stack([each.values[:3].astype(np.float64) / SAMPLES for each in sums])
     errors = _errors(means.reshape(len(tries), 3, 2, pixels))
-    return _with(plain, choose(plan.measures, errors, [_cost(each.tally) for each in sums]))
+    best = choose(plan.measures, errors, [_cost(each.tally) for each in sums])
+    return replace(_with(plan, best), measures=())
 
 
 def splits_of(plan: Plan) -> dict[str, int]:

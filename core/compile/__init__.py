@@ -34,23 +34,17 @@ from ..stars import compile_stars
 from ..statistics import Preparation
 from .light import compile_emitters, compile_lamp_hulls, who_meets_lamps, world_map
 from .limits import (
+    batch_of,
     bounce_limits,
     check_pattern,
     hits_expected_of,
     light_threshold,
+    measures_of,
     mixes_kinds,
     seed_of,
 )
 from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer
-from .picture import (
-    batch_of,
-    catchers_alone,
-    denoising_of,
-    ledger_of,
-    measures_of,
-    note_guides,
-    spread_of,
-)
+from .picture import catchers_alone, denoising_of, ledger_of, note_guides, spread_of
 
 T = TypeVar("T", Instance, Stars)
 
@@ -242,6 +236,7 @@ def compile_plan(
         shutter = compile_shutter(scene.shutter, settings, scene.camera.height)
     if has_passes:
         ledger = ledger_of(scene, materials, triangles, lights, surfaces, guides)
+    samples_lights = lights is not None or environment is not None
     plan = Plan(
         camera=camera,
         camera_motion=camera_motion,
@@ -266,7 +261,7 @@ def compile_plan(
         total_samples=settings.samples,
         light_samples=settings.light_samples or 1,
         scatter_samples=settings.scatter_samples or 1,
-        measures=measures_of(settings, surfaces, lights is not None or environment is not None),
+        measures=measures_of(settings, surfaces, max_bounces, samples_lights),
         splitting=settings.splitting,
         batch=batch_of(settings, scene.camera, surfaces, max_bounces),
         time_limit=settings.time_limit,

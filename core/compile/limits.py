@@ -6,13 +6,19 @@ from ..bsdf import DIFFUSE, GLOSSY
 from ..geometry.mesh import Triangles
 from ..lights import ray_mask
 from ..sampling.patterns import PATTERNS
-from ..scene import Scene, SceneError
+from ..scene import Camera, Scene, SceneError
 from ..settings import Settings
 from ..shading import SurfaceTable, WorldShader
 
 # Limits of so many diffuse or glossy bounces hardly ask as what a ray counts: in a closed room of
 # white plastic that is 0.2 % of the light, and 20 % of the time.
 DEEP = 4
+
+# Slots in flight: arrays that stay in the caches, yet long enough that calls cost little and
+# threads seldom wait for the interpreter's lock: between short calls they hand it to and fro, which
+# doubled their time where bounces leave few paths and materials ask different closures.
+BATCH, LEAST_BOUNCING_BATCH, BOUNCING_BATCH, MIXED_BATCH = 1 << 15, 1 << 16, 1 << 17, 1 << 18
+FEWEST_BATCHES = 12  # of a picture, for the threads to share
 
 
 def bounce_limits(
@@ -76,3 +82,24 @@ def hits_expected_of(scene: Scene, settings: Settings) -> float:
     x0, y0, x1, y1 = scene.camera.rectangle()
     first, end = settings.sample_range()
     return float(x1 - x0) * (y1 - y0) * (end - first)
+
+
+def batch_of(settings: Settings, camera: Camera, surfaces: SurfaceTable, max_bounces: int) -> int:
+    """Return how many slots are in flight in a batch, on any number of threads."""
+    if max_bounces == 0:
+        return BATCH
+    most = BOUNCING_BATCH if len(surfaces.modules) < 2 else MIXED_BATCH
+    share = camera.width * camera.height * settings.samples // FEWEST_BATCHES
+    return max(LEAST_BOUNCING_BATCH, min(most, share))
+
+
+def measures_of(
+    settings: Settings, surfaces: SurfaceTable, max_bounces: int, samples_lights: bool
+) -> tuple[str, ...]:
+    """Return which numbers of rays are to be found by measuring; see `splits`."""
+    scatters = max_bounces > 0 and any(not each.IS_DELTA for each in surfaces.modules)
+    wanted = {
+        "light_samples": samples_lights and not settings.light_samples,
+        "scatter_samples": scatters and not settings.scatter_samples,
+    }
+    return tuple(name for name, is_wanted in wanted.items() if is_wanted)

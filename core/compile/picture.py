@@ -17,12 +17,6 @@ from ..scene import Camera, Material, Note, Scene
 from ..settings import Settings
 from ..shading import SurfaceTable
 
-# Slots in flight: arrays that stay in the caches, yet long enough that calls cost little and
-# threads seldom wait for the interpreter's lock: between short calls they hand it to and fro, which
-# doubled their time where bounces leave few paths and materials ask different closures.
-BATCH, LEAST_BOUNCING_BATCH, BOUNCING_BATCH, MIXED_BATCH = 1 << 15, 1 << 16, 1 << 17, 1 << 18
-FEWEST_BATCHES = 12  # of a picture, for the threads to share
-
 
 def ledger_of(
     scene: Scene,
@@ -71,27 +65,6 @@ def note_guides(scene: Scene, surfaces: SurfaceTable, notes: list[Note]) -> None
     if is_smooth and "Denoising Albedo" in scene.layer.passes:
         text = "Denoising Data show mirrors and clear glass themselves, not what is seen in them"
         notes.append(Note("Render settings", text))
-
-
-def batch_of(settings: Settings, camera: Camera, surfaces: SurfaceTable, max_bounces: int) -> int:
-    """Return how many slots are in flight in a batch, on any number of threads."""
-    if max_bounces == 0:
-        return BATCH
-    most = BOUNCING_BATCH if len(surfaces.modules) < 2 else MIXED_BATCH
-    share = camera.width * camera.height * settings.samples // FEWEST_BATCHES
-    return max(LEAST_BOUNCING_BATCH, min(most, share))
-
-
-def measures_of(
-    settings: Settings, surfaces: SurfaceTable, samples_lights: bool
-) -> tuple[str, ...]:
-    """Return which numbers of rays are to be found by measuring; see `splits`."""
-    scatters = settings.max_bounces > 0 and any(not each.IS_DELTA for each in surfaces.modules)
-    wanted = {
-        "light_samples": samples_lights and not settings.light_samples,
-        "scatter_samples": scatters and not settings.scatter_samples,
-    }
-    return tuple(name for name, is_wanted in wanted.items() if is_wanted)
 
 
 def catchers_alone(plan: Plan) -> Plan:

@@ -56,7 +56,8 @@ class Branch:
 
     through (n,) tells which pass the surface, None is none; is_clear: to the film, they then pass
     nothing but transparency; pdf (n,) of the directions, None is infinite; the first branch keeps
-    its slot.  label: as what the rays count, None is as the closure's kind.
+    its slot.  label: as what the rays count, None is as the closure's kind.  part: which of how
+    many rays of the closure it is.
     """
 
     points: Lazy
@@ -301,11 +302,11 @@ def _segment(plan: Plan, branch: Branch, draws: Draws, depth: int, tally: Tally)
         kinds = onward.kind | sent_as(onward.kind) if plan.mixes_kinds else onward.kind
         strength *= ~onward.last | ((kinds & plan.kinds_that_meet_light) != 0)
 
-    # Faint branches go on at random, and black ones end.
-    faint: Scalar | np.float32 = FAINT
+    # Faint branches go on at random, and black ones end; of several rays each is as much fainter.
+    share = F32(1 / plan.scatter_samples)
+    faint: Scalar | np.float32 = FAINT * share
     if module.IS_DELTA:
-        faint = np.where(_in_view(branch.paths), FAINT_IN_VIEW, FAINT)
-    faint = faint * F32(1 / plan.scatter_samples)
+        faint = np.where(_in_view(branch.paths), FAINT_IN_VIEW * share, faint)
     survival = np.minimum(strength / faint, F32(1))
     if survival.size and survival.min() < 1:
         chance, _ = draws.pair(dimension(ROULETTE, depth), branch.paths.slot, *branch.part)

@@ -50,6 +50,8 @@ def chosen(*things, samples=256, **settings):
     picture = render(plan)
     numbers = splits_of(picture.plan)
     assert {name: picture.statistics[f"used_{name}"] for name in NAMES} == numbers
+    assert f"{numbers['light_samples']} shadow rays" in picture.plan.describe()
+    assert picture.plan.measures == ()  # rendered again, it is as it is
     return tuple(numbers[name] for name in NAMES)
 
 
