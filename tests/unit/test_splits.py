@@ -19,7 +19,9 @@ CASES = {
     "half each": ((0, 1, 1), (8, 1, 1), (4, 4)),
     "half is the pixel's": ((1, 1, 0), (4, 1, 0), (2, 1)),
     "too little to be sure of": ((1, 0.05, 0.05), (8, 1, 1), (1, 1)),
+    "too little to be sure of, yet a gain": ((1, 0.3, 0), (8, 1, 1), (1, 1)),
     "better than one over the number": ((-0.1, 0.05, 1), (0.5, 0.2, 1.3), (1, 2)),
+    "together better than everything": ((-0.6, 0.8, 0.8), (0, 0.5, 0.5), (1, 1)),
     "noise made it worse": ((1, -0.5, -0.1), (8, 1, 1), (1, 1)),
 }
 
