@@ -87,6 +87,7 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
         (
             "render:threads_mode",
             "render:threads",
+            "workers",
             "texture_filter",
             "instance_memory",
             "texture_memory",

@@ -241,7 +241,7 @@ class Renderer:
             float((x1 - x0) * (y1 - y0)),
         )
         self.status = ""
-        return replace(plan, batch=min(plan.batch, BATCH), measures=())
+        return replace(plan, batch=min(plan.batch, BATCH), measures=(), workers="THREADS")
 
     def _say(self, text: str) -> None:
         self.status = text

@@ -68,6 +68,7 @@ class Plan:
     measures: tuple[str, ...]  # which of these two are to be found by measuring
     splitting: bool
     batch: int  # slots in flight
+    workers: str  # threads, processes, or what pays
     time_limit: float
     adaptive: Adaptive | None  # None: all pixels get all samples
 

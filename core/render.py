@@ -1,7 +1,8 @@
-"""plan -> Picture.  Batches of pixels and samples on a pool of threads, merged in a fixed order.
+"""plan -> Picture.  Batches of pixels and samples, shared out to workers, merged in a fixed order.
 
 A batch is a pure function of (plan, pixels, samples): the picture has the same bits whatever the
-number of threads.  The calling thread merges, shows progress and may stop the render at any time.
+number of workers, threads or processes.  The calling thread merges, shows progress and may stop
+the render at any time.
 """
 
 import os
@@ -33,6 +34,7 @@ from .transport.middle import look
 from .transport.path import trace
 from .transport.stars import add_stars
 from .transport.state import Paths, Rays
+from .workers import hire
 
 TICK = 0.05  # seconds between two looks at the caller
 
@@ -78,7 +80,7 @@ class Progress:
     """How far a render is; `remaining` [s] is None until it can be told.
 
     sample is the mean of the pixels' samples, fraction the share of the work that is done: less is
-    to do where adaptive sampling stops.
+    to do where adaptive sampling stops.  memory is the largest so far, of all workers [bytes].
     """
 
     sample: float
@@ -86,6 +88,7 @@ class Progress:
     fraction: float
     seconds: float
     rays: int
+    memory: int
     _film: Film
     _exposure: float
     _plan: Plan | None = None
@@ -99,11 +102,6 @@ class Progress:
     def rays_per_second(self) -> float:
         """Rays of all kinds in a second."""
         return self.rays / self.seconds if self.seconds > 0 else 0.0
-
-    @property
-    def memory(self) -> int:
-        """The largest memory the process has had [bytes]."""
-        return peak_memory()
 
     def picture(self) -> Picture:
         """Return the picture so far, without statistics."""
@@ -119,16 +117,17 @@ def render(
 ) -> Picture:
     """Sample a plan; `on_tick` is called every 50 ms on the caller's thread, True stops.
 
-    threads = 0 uses all cores.  `stop` stops from another thread, at once; it is set when this
-    one has stopped.  A stopped render keeps what it has; unless it `lingers`, it returns while the
-    batches under way, which are lost, still end, in a bounce's time.
+    threads = 0 uses all cores; where processes pay, as many of them do the work.  `stop` stops
+    from another thread, at once; it is set when this one has stopped.  A stopped render keeps what
+    it has; unless it `lingers`, it returns while the batches under way, which are lost, still end,
+    in a bounce's time.
     """
     start = perf_counter()
     keep_pages()
     x0, y0, x1, y1 = plan.rectangle
     film = _film(plan, x1 - x0, y1 - y0)
     pixels = film.counts.size
-    workers = threads or os.cpu_count() or 1
+    count = threads or os.cpu_count() or 1
     total = Tally()
     stop = stop or threading.Event()
     queue: deque[tuple[Batch, Future[Sums]]] = deque()
@@ -137,6 +136,8 @@ def render(
     more, pauses, timed_out = True, False, False
     begun, fraction = 0, 0.0
 
+    workers = hire(plan, _sample, count, pixels)
+
     def progress() -> Progress:
         return Progress(
             total.samples / max(pixels, 1),
@@ -144,6 +145,7 @@ def render(
             fraction,
             perf_counter() - start,
             total.rays,
+            peak_memory() + workers.memory,
             film,
             plan.exposure,
             plan,
@@ -159,21 +161,21 @@ def render(
         wait([future], timeout=TICK)
         has_given_up()
 
-    pool = ThreadPoolExecutor(workers, thread_name_prefix="penumbra")
+    pool = ThreadPoolExecutor(count, thread_name_prefix="penumbra")
     is_leaving = False
     try:
-        plan = settled(plan, pool, _sample, stop, wait_for)
+        plan = settled(plan, pool, workers.sample, stop, wait_for)
         if plan.stars is not None:
-            add_stars(plan, film, pool, workers, total, stop, wait_for)
+            add_stars(plan, film, pool, count, total, stop, wait_for)
         while (more and not stop.is_set() or queue) and not is_leaving:
             # Keep every worker busy, with a little in store.
-            while more and len(queue) < 2 * workers and not stop.is_set():
+            while more and len(queue) < 2 * count and not stop.is_set():
                 if pauses and queue:
                     break
                 batch = next(batches, None)
                 more, pauses = batch is not None, isinstance(batch, Pause)
                 if isinstance(batch, Batch):
-                    queue.append((batch, pool.submit(_sample, plan, batch, stop)))
+                    queue.append((batch, pool.submit(workers.sample, plan, batch, stop)))
                     begun += batch.block.key.size * (batch.end - batch.first)
             if queue:
                 wait([queue[0][1]], timeout=TICK)
@@ -195,19 +197,20 @@ def render(
         stop.set()
         raise
     finally:
+        workers.close()
         pool.shutdown(wait=not is_leaving, cancel_futures=True)
     release_pages()
     complete = (timed_out and not is_leaving) or (not more and total.samples == begun)
-    notes: tuple[Note, ...] = ()
+    notes = workers.notes()
     if plan.denoising is not None and complete:
-        notes = _denoise(plan.denoising, film, threads)
+        notes += _denoise(plan.denoising, film, threads)
     seconds = perf_counter() - start
     return Picture(
         film,
         plan.exposure,
         int(film.counts.min()) if pixels else 0,
         complete,
-        summary(total, plan.prepared, splits_of(plan), pixels, seconds),
+        summary(total, plan.prepared, splits_of(plan), workers, pixels, seconds),
         plan,
         notes,
     )
@@ -244,6 +247,8 @@ def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
     block, numbers = batch.block, batch.numbers
     pixels = block.key.size
     sums = np.zeros((rows(plan.passes), pixels), F32)
+    if stop.is_set():
+        return Sums(sums, 0, tally)
 
     # Small pictures take several samples at once: a wave is about a batch of slots.
     together = max(1, min(batch.end - batch.first, plan.batch // pixels))

@@ -60,6 +60,11 @@ PREFILTERS = (
     ("FAST", "Fast", "They are denoised together with the picture"),
     ("ACCURATE", "Accurate", "They are denoised before the picture is"),
 )
+WORKERS = (
+    ("AUTO", "Automatic", "Processes where they pay: longer renders on Linux, on several threads"),
+    ("THREADS", "Threads", "Threads of Blender itself, which wait for each other now and then"),
+    ("PROCESSES", "Processes", "Copies of Blender that share its memory; on Linux only"),
+)
 QUALITIES = (
     ("HIGH", "High", "The best"),
     ("BALANCED", "Balanced", "In between"),
@@ -256,6 +261,9 @@ class Settings:
     )
 
     # Performance
+    workers: str = _option(
+        "AUTO", "Workers", "Who does the work of each thread in final renders", choices=WORKERS
+    )
     instance_memory: float = _option(
         4.0,
         "Instance Memory",

@@ -6,7 +6,7 @@ Tree depth and tests per ray stay inside Embree, which does not tell them throug
 import sys
 from dataclasses import dataclass, field, fields
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol
 
 RAY_KINDS = ("camera", "shadow", "reflection", "transmission", "diffuse")
 
@@ -86,7 +86,7 @@ STATISTICS = (
     Statistic("compile_seconds", "s", "making the plan, without Embree's build"),
     Statistic("build_seconds", "s", "uploading to Embree and building its tree"),
     Statistic("sampling_seconds", "s", "wall time of sampling"),
-    Statistic("thread_seconds", "s", "time of all worker threads together"),
+    Statistic("thread_seconds", "s", "time of all workers together"),
     Statistic("embree_seconds", "s", "of thread_seconds: inside Embree"),
     Statistic("shading_seconds", "s", "of thread_seconds: outside Embree"),
     Statistic("stage_seconds", "s", "of shading_seconds: by stage"),
@@ -97,8 +97,20 @@ STATISTICS = (
         "used_light_samples", "rays", "shadow rays to each light where a camera ray meets a surface"
     ),
     Statistic("used_scatter_samples", "rays", "rays that go on from each closure there"),
-    Statistic("peak_memory", "bytes", "largest memory the process has had"),
+    Statistic("processes", "processes", "forked processes that did the work; 0 if threads did it"),
+    Statistic("peak_memory", "bytes", "largest memory of Blender's process and of these"),
 )
+
+
+class Workers(Protocol):
+    """Those who did the work."""
+
+    processes: int
+
+    @property
+    def memory(self) -> int:
+        """What they had besides the memory of this process [bytes]."""
+
 
 STAGES = ("camera", "surface", "shading", "lights", "scatter", "film")
 
@@ -119,7 +131,12 @@ class Preparation:
 
 
 def summary(
-    tally: Tally, prepared: Preparation, splits: dict[str, int], pixels: int, wall: float
+    tally: Tally,
+    prepared: Preparation,
+    splits: dict[str, int],
+    workers: Workers,
+    pixels: int,
+    wall: float,
 ) -> dict[str, Any]:
     """Return the statistics of a render by the keys of `STATISTICS`."""
     rays = tally.rays
@@ -146,7 +163,8 @@ def summary(
         "samples_per_second": tally.samples / wall if wall > 0 else 0.0,
         "rays_per_second": rays / wall if wall > 0 else 0.0,
         **{f"used_{name}": number for name, number in splits.items()},
-        "peak_memory": peak_memory(),
+        "processes": workers.processes,
+        "peak_memory": peak_memory() + workers.memory,
     }
     assert list(values) == [row.key for row in STATISTICS]
     return values

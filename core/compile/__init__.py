@@ -264,6 +264,7 @@ def compile_plan(
         measures=measures_of(settings, surfaces, max_bounces, samples_lights),
         splitting=settings.splitting,
         batch=batch_of(settings, scene.camera, surfaces, max_bounces),
+        workers=settings.workers,
         time_limit=settings.time_limit,
         adaptive=adaptive,
         max_bounces=max_bounces,

@@ -36,6 +36,7 @@ LAYERS = (
     "transport",
     "batches",
     "splits",
+    "workers",
     "render",
     "interactive",
     "__init__",
