@@ -30,7 +30,8 @@ from .scene import Note
 
 Work = Callable[[Plan, Batch, threading.Event], Sums]
 
-CAN_FORK = sys.platform == "linux"  # macOS has fork, but its libraries do not survive it
+# macOS has fork, but its libraries do not survive it; what a process does is read from /proc
+CAN_FORK = sys.platform == "linux" and Path("/proc/self/stat").exists()
 LEAST = 1 << 18  # samples that are worth processes: about a tenth of a second of the cheapest
 LOOK = 0.05  # seconds between two looks at whether to stop
 PATIENCE = 100  # looks, in all of which a process sleeps and does nothing: it waits for ever
