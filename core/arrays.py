@@ -22,6 +22,8 @@ ONE_BELOW = F32(1.0 - 2.0**-24)  # the largest float32 below 1
 INV_PI = F32(1.0 / np.pi)
 TWO_PI = F32(2.0 * np.pi)
 
+_TURNED = 1 << 12  # rows of a table that are turned into columns at once
+
 CHECKED = os.environ.get("PENUMBRA_CHECK", "0") not in ("", "0")
 
 
@@ -30,10 +32,22 @@ def dot(a: Vec, b: Vec) -> Scalar:
     if a.shape == b.shape:
         # On rows, unlike on columns, einsum streams: one call instead of five, the same bits.
         return np.einsum("ij,ij->j", a, b)  # noqa: TID251
+    if a.ndim == b.ndim == 2 and a.shape[1] == 1:
+        return np.einsum("i,ij->j", a[:, 0], b)  # noqa: TID251
     total = a[0] * b[0]
     total += a[1] * b[1]
     total += a[2] * b[2]
     return total
+
+
+def add_scaled(out: Vec, a: Vec, scale: Scalar) -> Vec:
+    """Add vectors (3, N) or (3, 1) times scale (N,) to `out` (3, N) in place, and return it.
+
+    Axis by axis: the product of one is used while it is in the caches.
+    """
+    for row, axis in zip(out, a, strict=True):
+        row += axis * scale
+    return out
 
 
 def cross(a: Any, b: Any) -> Any:
@@ -48,6 +62,30 @@ def cross(a: Any, b: Any) -> Any:
 def take(array: Any, index: Index) -> Any:
     """Return columns `index` of an array (..., N) that may be absent."""
     return None if array is None else array.take(index, axis=-1)
+
+
+def repeated(vector: Vec, size: int) -> Vec:
+    """Return vectors (3, N) as they are, one (3, 1) as a view (3, size) that is not written to."""
+    if vector.shape[1] == size:
+        return vector
+    # What np.broadcast_to does, which takes ten times as long to do it
+    vector = np.ascontiguousarray(vector)
+    return np.ndarray((3, size), vector.dtype, vector, 0, (vector.itemsize, 0))
+
+
+def gather_rows(
+    table: NDArray[Any], index: Index | Ids, columns: int | None = None
+) -> NDArray[Any]:
+    """Return rows `index` (N,) of a table (F, k), or their first `columns`, as columns (k, N).
+
+    What is gathered together stands together in memory; it is turned over before it leaves the
+    caches: all at once, large batches took more than twice as long.
+    """
+    out = np.empty((columns or table.shape[1], index.size), table.dtype)
+    for start in range(0, index.size, _TURNED):
+        part = slice(start, start + _TURNED)
+        out[:, part] = table.take(index[part], axis=0).T[:columns]
+    return out
 
 
 def normalize(a: Vec) -> Vec:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import F32, Scalar, take
+from .arrays import F32, Index, Scalar, take
 from .batches import Batch, Block, Pause, Schedule, Sums
 from .film.cryptomatte import Keys, Parts, summed
 from .film.denoise import DenoiseError, Denoising, denoise
@@ -255,17 +255,20 @@ def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
     parts: list[tuple[Keys, Scalar]] = []
     owners = 0 if plan.ledger is None else plan.ledger.owners
     done = 0
+    sequences: dict[int, Index] = {}
     for first in range(batch.first, batch.end, together):
         samples = min(together, batch.end - first)
-        draws, x, y = _draws(numbers, block, first, samples)
-        u, v = draws.pair(PIXEL, None)
+        draws, x, y = _draws(numbers, block, first, samples, sequences)
+        px, py = draws.pair(PIXEL, None, warp=plan.camera.placed)
+        px += x
+        py += y
         lens = (None, None) if plan.camera.aperture is None else draws.pair(LENS, None)
         time, camera = None, plan.camera
         if plan.shutter is not None:
             time = plan.shutter.open(draws.pair(TIME, None)[0], y)
             if plan.camera_motion is not None:
                 camera = plan.camera_motion.at(time)
-        origin, direction, far, slot = camera.rays(x, y, u, v, *lens)
+        origin, direction, far, slot = camera.through(px, py, *lens)
         rays = Rays(origin, direction, far)
         paths = Paths(rays.size, slot=slot, time=time if slot is None else take(time, slot))
         tally.rays_camera += rays.size
@@ -279,7 +282,7 @@ def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
             each = each.reshape(len(each) if each.ndim > 1 else 1, samples, pixels)
             sums[row : row + len(each)] += each[:, 0] if samples == 1 else each.sum(axis=1)
             row += len(each)
-        tally.samples += u.size
+        tally.samples += draws.key.size
         parts += [(s.slot % pixels * owners + s.owner, s.weight) for s in seen]
         tally.lap("film")
         done += samples
@@ -302,11 +305,14 @@ def _summed(parts: list[tuple[Keys, Scalar]]) -> tuple[Keys, NDArray[np.float64]
 
 
 def _draws(
-    numbers: Numbers, block: Block, first: int, samples: int
+    numbers: Numbers, block: Block, first: int, samples: int, sequences: dict[int, Index]
 ) -> tuple[Draws, Scalar, Scalar]:
-    """Return the draws and raster positions of `samples` samples of each pixel, by sample."""
+    """Return the draws and raster positions of `samples` samples of each pixel, by sample.
+
+    `sequences` are those of the pixels, kept from sample to sample; see `Draws`.
+    """
     if samples == 1:
-        return Draws(numbers, block.key, first), block.x, block.y
+        return Draws(numbers, block.key, first, sequences), block.x, block.y
     rows = np.repeat(np.arange(first, first + samples, dtype=np.int32), block.key.size)
     x, y = np.tile(block.x, samples), np.tile(block.y, samples)
     return Draws(numbers, np.tile(block.key, samples), rows), x, y

@@ -48,7 +48,7 @@ class Tally:
         """Count the time since the last lap, less what of it was spent in Embree, to `stage`."""
         now = perf_counter()
         inside = self.embree - self.lap_embree
-        setattr(self, stage, getattr(self, stage) + now - self.lap_start - inside)
+        vars(self)[stage] += now - self.lap_start - inside
         self.seconds += now - self.lap_start
         self.lap_start, self.lap_embree = now, self.embree
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Index, Scalar, Vec, check, dot, normalize, take
+from ..arrays import F32, Index, Scalar, Vec, add_scaled, check, dot, normalize, take
 from ..geometry.view import axes
 from ..optics import Aperture, Eye, Panorama, panoramas
 from ..sampling.tables import compile_inverse, lookup
@@ -84,18 +84,24 @@ class CompiledCamera:
         x, y (N,) are the lower left corners of pixels; u, v in [0, 1) place the sample, lens_u and
         lens_v in [0, 1) its ray in the aperture, if there is one.
         """
-        px = self.offsets.take((u * F32(FILTER_ENTRIES)).astype(np.int32), mode="clip")
-        py = self.offsets.take((v * F32(FILTER_ENTRIES)).astype(np.int32), mode="clip")
-        px += x
-        py += y
-        found = self.through(px, py, lens_u, lens_v)
-        check("camera", origin=found.origin, direction=found.direction)
-        return found
+        return self.through(x + self.placed(u), y + self.placed(v), lens_u, lens_v)
+
+    def placed(self, u: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return how far from the corner of its pixel [pixels] u in [0, 1) places a sample."""
+        entry = (u * F32(FILTER_ENTRIES)).astype(np.intp)
+        return self.offsets.take(entry, mode="clip")
 
     def through(
         self, px: Scalar, py: Scalar, lens_u: Scalar | None = None, lens_v: Scalar | None = None
     ) -> CameraRays:
         """Return the rays through raster positions px, py (N,), which may be overwritten."""
+        found = self._through_raster(px, py, lens_u, lens_v)
+        check("camera", origin=found.origin, direction=found.direction)
+        return found
+
+    def _through_raster(
+        self, px: Scalar, py: Scalar, lens_u: Scalar | None, lens_v: Scalar | None
+    ) -> CameraRays:
         if self.panorama is not None:
             return self._around(px, py, lens_u, lens_v)
         point = None
@@ -109,7 +115,7 @@ class CompiledCamera:
 
         # The raster direction has length 1 along the view axis: near and far are multiples of it.
         direction = self.run[1] * px
-        direction += self.run[2] * py
+        add_scaled(direction, self.run[2], py)
         direction += self.run[0]
         if point is not None or self.eye is not None:
             return self._through(direction, point)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Scalar, Vec
+from ..arrays import F32, Ids, Scalar, Vec, gather_rows
 from ..scene import ACTIVE_UV, REST, REST_NORMAL, Attribute, Instance, Mesh
 from .mesh import Triangles, without_broken
 from .uv_tangents import around_sphere, corner_normals, uv_tangents
@@ -44,7 +44,7 @@ class Table:
         """Return the numbers (C, N) at barycentrics u, v (N,) of triangles (N,)."""
         row = self.base.take(instance)
         row += triangle if self.stride is None else triangle * self.stride.take(instance)
-        corners = np.ascontiguousarray(self.rows.take(row, axis=0).T)
+        corners = gather_rows(self.rows, row)
         width = len(corners) // 3
         out = corners[:width] * (F32(1) - u - v)
         out += corners[width : 2 * width] * u

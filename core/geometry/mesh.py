@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import EPSILON, F32, Ids, Index, Scalar, Vec
+from ..arrays import EPSILON, F32, Ids, Index, Scalar, Vec, gather_rows
 from ..scene import FARTHEST, Cancelled, Instance, Material, Mesh, Note, SceneError
 from .embree import PADDING
 from .motion import Movement, along_arcs
@@ -79,10 +79,11 @@ class Triangles:
     def columns(self, triangle: Ids, time: Scalar | None = None) -> NDArray[np.float32]:
         """Return the table's columns (8, N) for triangles (N,); see NX ... INSTANCE.
 
+        Without the last two where all triangles are flat and nobody asks for instances.
         Of what moves, at times (N,), in this and all that follow; None is the frame itself.
         """
         if self.rows is not None:
-            columns = np.ascontiguousarray(self.rows.take(triangle, axis=0).T)
+            columns = gather_rows(self.rows, triangle, SMOOTH if self._is_plain else COLUMNS)
         else:
             rows = _planes(self.vertices, self.corners.take(triangle, axis=0))
             rows.view(np.int32)[:, MATERIAL:] = self.ids.take(triangle, axis=0)
@@ -97,6 +98,10 @@ class Triangles:
             columns[:MATERIAL, some] = there.T[:MATERIAL]
             columns[OFFSET, some] *= MOVING_OFFSET
         return columns
+
+    @property
+    def _is_plain(self) -> bool:
+        return self.is_flat and not self.is_numbered
 
     def places(self, triangle: Ids, time: Scalar | None = None) -> tuple[Vec, Vec, Vec]:
         """Return the corners (3, N) of triangles (N,) about the local origin [m]."""
@@ -131,11 +136,10 @@ class Triangles:
 
     def corner_normals(self, triangle: Ids, time: Scalar | None = None) -> NDArray[np.float32]:
         """Return the three corner normals (9, N) of smooth triangles (N,)."""
-        rows = self._smooth_rows(triangle) if self.smooth_rows is None else None
-        if rows is None:
-            assert self.smooth_rows is not None
-            rows = self.smooth_rows.take(triangle, axis=0)
-        normals = np.ascontiguousarray(rows.T)
+        if self.smooth_rows is None:
+            normals = np.ascontiguousarray(self._smooth_rows(triangle).T)
+        else:
+            normals = gather_rows(self.smooth_rows, triangle)
         some = self._moving(triangle, time)
         if some is not None:
             assert time is not None

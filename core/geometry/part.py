@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Index, Scalar, Vec
+from ..arrays import F32, Ids, Index, Scalar, Vec, repeated
 from ..scene import CAMERA, EVERY_SET, SHADOW, TRANSMISSION
 from .objects import EVERY_RAY, PLAIN, Traits
 
@@ -65,7 +65,7 @@ class Part:
 
         Only parts that move ask for the rays' times (N,).
         """
-        origin = np.broadcast_to(origin, direction.shape)
+        origin = repeated(origin, direction.shape[1])
         found = self.scene.run(origin.T, direction.T, dists=far, output=1)
         triangle = found["primID"]
         if len(self.first) > 1:
@@ -80,7 +80,7 @@ class Part:
         self, origin: Vec, direction: Vec, far: Scalar, time: Scalar | None = None
     ) -> NDArray[np.int32]:
         """Return -1 for each ray that meets nothing before `far`, else 0; a far < 0 is met."""
-        origin = np.broadcast_to(origin, direction.shape)
+        origin = repeated(origin, direction.shape[1])
         return self.scene.run(origin.T, direction.T, dists=far, query="OCCLUDED")
 
     def seen_by(self, kinds: NDArray[np.uint8] | None) -> Index | None:

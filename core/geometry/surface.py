@@ -13,9 +13,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Ids, Index, Scalar, Vec, check, dot, normalize, take
+from ..arrays import F32, Ids, Index, Scalar, Vec, add_scaled, check, dot, normalize, take
 from .accel import Hits
 from .mesh import FLAT, INSTANCE, MATERIAL, OFFSET, PLANE, SMOOTH, Triangles
+
+Signs = NDArray[np.uint32]
+SIGN = np.uint32(1 << 31)  # the bit of a float32
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +120,13 @@ def resolve(
     position += origin
     miss = dot(geometric, position)
     np.subtract(columns[PLANE], miss, out=miss)
-    position += geometric * miss
+    add_scaled(position, geometric, miss)
 
-    # Turn the normal to the viewer.
+    # Turn the normal to the viewer: flip its signs where it has that of the direction.
     facing = dot(geometric, direction)
     back = facing > 0
-    side = np.copysign(F32(1), np.negative(facing))
-    geometric = geometric * side
+    turn = np.bitwise_and(np.invert(facing.view(np.uint32)), SIGN)
+    np.bitwise_xor(geometric.view(np.uint32), turn, out=geometric.view(np.uint32))
 
     check("surface", position=position, geometric=geometric)
     u, v = (hits.u, hits.v) if triangles.is_mapped or not triangles.is_flat else (None, None)
@@ -144,11 +147,14 @@ def resolve(
         instance=ids[INSTANCE] if triangles.is_numbered else None,
         time=time,
     )
-    return flat if triangles.is_flat else _smooth(triangles, flat, ids[SMOOTH], side)
+    return flat if triangles.is_flat else _smooth(triangles, flat, ids[SMOOTH], turn)
 
 
-def _smooth(triangles: Triangles, flat: Points, kind: Ids, side: Scalar) -> Points:
-    """Return the points with their shading normals interpolated between corners."""
+def _smooth(triangles: Triangles, flat: Points, kind: Ids, turn: Signs) -> Points:
+    """Return the points with their shading normals interpolated between corners.
+
+    turn (N,): the sign bit where normals are turned to the viewer.
+    """
     smooth = kind != FLAT
     index = np.flatnonzero(smooth)
     if not index.size:
@@ -167,7 +173,7 @@ def _smooth(triangles: Triangles, flat: Points, kind: Ids, side: Scalar) -> Poin
     normal += corner[3:6] * some_u
     normal += corner[6:] * some_v
     normalize(normal)
-    normal *= side.take(index)
+    normal.view(np.uint32)[:] ^= turn.take(index)
 
     # Opposite corner normals can cancel, or be NaN: such a point keeps its flat normal.
     fallen = np.flatnonzero(~(dot(normal, normal) >= F32(0.5)))

@@ -101,11 +101,22 @@ class Lights:
 
         Of a lamp that moves, rows (P, N) at times (N,).
         """
+        known = self._known.get(light)
+        if known is not None:
+            return known
         for group in self.groups:
             local = light - group.first
             if 0 <= local < group.count:
-                return group.only(local, time)
+                single = group.only(local, time)
+                if group.motion is None:
+                    self._known[light] = single
+                return single
         raise IndexError(f"light {light} of {self.count}")
+
+    @cached_property
+    def _known(self) -> dict[int, Group]:
+        """Lights that were asked for as `single`, of those at rest."""
+        return {}
 
     @cached_property
     def may_darken(self) -> bool:

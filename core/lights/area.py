@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Index, Scalar, Vec, dot
+from ..arrays import F32, Index, Scalar, Vec, add_scaled, dot
 from ..sampling.warp import concentric_disk
 from ..scene import Lamp
 from . import spherical
@@ -244,7 +244,7 @@ def _sample(
 
     # Lead to that point, and weigh it by the solid angle it stands for
     to_light = rows[3:6] * s
-    to_light += rows[6:9] * t
+    add_scaled(to_light, rows[6:9], t)
     to_light += base
     squared = dot(to_light, to_light)
     distance = np.sqrt(squared)

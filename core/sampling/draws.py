@@ -6,7 +6,8 @@ A pixel hashes to one of many sequences of each dimension (Burley 2020, "Practic
 Owen Scrambling": pairs are made independent by shuffling); the sample is the row.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -17,6 +18,7 @@ from . import patterns
 from .dimensions import is_stratified
 
 Keys = NDArray[np.uint32]
+Warp = Callable[[NDArray[np.float32]], NDArray[np.float32]]  # of numbers in [0, 1), one by one
 
 GOLDEN = 0x9E3779B9
 
@@ -54,13 +56,20 @@ class Numbers:
     count: int
     total: int
     sequences: int
-    tables: dict[tuple[int, int], NDArray[np.float32]]
+    tables: dict[tuple[int, int, Warp | None], NDArray[np.float32]]
 
-    def table(self, dimension: int, split: int = 1) -> NDArray[np.float32]:
-        """Return the pairs (2, count x split x sequences) of `dimension`, row-major by sample."""
-        key = dimension, split
+    def table(
+        self, dimension: int, split: int = 1, warp: Warp | None = None
+    ) -> NDArray[np.float32]:
+        """Return the pairs (2, count x split x sequences) of `dimension`, row-major by sample.
+
+        Their numbers are mapped by `warp`, if there is one: samples are many, the table is small.
+        """
+        key = dimension, split, warp
         found = self.tables.get(key)
-        if found is None:
+        if found is None and warp is not None:
+            found = self.tables[key] = warp(self.table(dimension, split))
+        elif found is None:
             found = patterns.points(
                 self.pattern,
                 self.seed,
@@ -87,33 +96,57 @@ class Draws:
     """The random numbers of one wave of slots.
 
     key (slots,) uint32 of each slot's pixel and branch; row (slots,) int32, the slot's sample
-    counted from the chunk's first one, or one int for all.
+    counted from the chunk's first one, or one int for all.  sequences: by dimension, the sequence
+    (slots,) that each slot has there, as far as asked; waves of the same keys may share them.
     """
 
     numbers: Numbers
     key: Keys
     row: NDArray[np.int32] | int
+    sequences: dict[int, Index] = field(default_factory=dict)
 
     def pair(
-        self, dimension: int, slot: Index | None, item: int = 0, split: int = 1
+        self,
+        dimension: int,
+        slot: Index | None,
+        item: int = 0,
+        split: int = 1,
+        warp: Warp | None = None,
     ) -> tuple[Scalar, Scalar]:
-        """Return two independent numbers (N,) in [0, 1) for each slot.
+        """Return two independent numbers (N,) in [0, 1) for each slot, mapped by `warp` if given.
 
         The item-th of `split` draws of one sample is sample s x split + item of the sequence.
         """
-        key = self.key if slot is None else self.key.take(slot)
         row = self.row
         if slot is not None and not isinstance(row, int):
             row = row.take(slot)
         if not is_stratified(dimension):
-            return _independent(dimension, key, (row + self.numbers.first) * split + item)
-        sequences = self.numbers.sequences
-        index = key * _odd(dimension)
-        index >>= np.uint32(33 - sequences.bit_length())
-        place = index.astype(np.intp)
-        place += np.multiply(row * split + item, sequences)
-        table = self.numbers.table(dimension, split)
-        return table[0].take(place), table[1].take(place)
+            key = self.key if slot is None else self.key.take(slot)
+            u, v = _independent(dimension, key, (row + self.numbers.first) * split + item)
+            return (u, v) if warp is None else (warp(u), warp(v))
+        place, count = self._sequence(dimension, slot), self.numbers.sequences
+        table = self.numbers.table(dimension, split, warp)
+        if isinstance(row, int):
+            first = (row * split + item) * count
+            table = table[:, first : first + count]
+        else:
+            place = place + np.multiply(row * split + item, count)
+        # No number is outside of its table; to clip is the cheapest way to have numpy know that.
+        return table[0].take(place, mode="clip"), table[1].take(place, mode="clip")
+
+    def _sequence(self, dimension: int, slot: Index | None) -> Index:
+        """Return the sequences (N,) that the slots have in a dimension."""
+        found = self.sequences.get(dimension)
+        if found is None:
+            is_few = slot is not None and 2 * slot.size < self.key.size
+            key = self.key.take(slot) if slot is not None and is_few else self.key
+            index = key * _odd(dimension)
+            index >>= np.uint32(33 - self.numbers.sequences.bit_length())
+            found = index.astype(np.intp)
+            if is_few:
+                return found
+            self.sequences[dimension] = found
+        return found if slot is None else found.take(slot)
 
     def branch(self, slot: Index, number: int) -> "Draws":
         """Return draws with one more slot for each of `slot`, keyed as their branch `number`."""

@@ -4,7 +4,7 @@ Points whose materials share a program are shaded together; the closures of a pr
 same points, so that one direction to a light serves them all.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -35,10 +35,10 @@ def columns(array: Any, index: Index) -> Any:
 class Frame:
     """Local frames about shading normals (3, n): made when they are first used.
 
-    x lies along the tangent (3, n) if there is one.
+    x lies along the tangent (3, n) if there is one; `wo` gives the viewer's directions (3, n).
     """
 
-    def __init__(self, normal: Vec, tangent: Vec | None, wo: Vec) -> None:
+    def __init__(self, normal: Vec, tangent: Vec | None, wo: Callable[[], Vec]) -> None:
         self.normal, self._tangent, self._wo = normal, tangent, wo
 
     @cached_property
@@ -62,7 +62,7 @@ class Frame:
     @cached_property
     def wo(self) -> Vec:
         """The viewer's direction (3, n), local."""
-        return self.local(self._wo)
+        return self.local(self._wo())
 
     def local(self, direction: Vec) -> Vec:
         """Return world directions (3, n) in the local frame."""
@@ -82,7 +82,8 @@ class Frame:
     def take(self, index: Index) -> "Frame":
         """Return the frames at `index`."""
         tangent = None if self._tangent is None else columns(self._tangent, index)
-        return Frame(self.normal.take(index, axis=1), tangent, self._wo.take(index, axis=1))
+        wo = self._wo
+        return Frame(self.normal.take(index, axis=1), tangent, lambda: wo().take(index, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +193,7 @@ class Recipe:
                 tangent = known[id(lobe.tangent)]
             key = id(normal), id(tangent)
             if key not in frames:
-                frames[key] = Frame(normal, tangent, context.wo)
+                frames[key] = Frame(normal, tangent, lambda: context.wo)
             weight = known[id(lobe.weight)]
             if throughput is not None:
                 weight = weight * context.of(throughput)
@@ -398,6 +399,11 @@ class SurfaceTable:
                 )
                 yield index, depth
 
+    @cached_property
+    def _is_in_order(self) -> bool:
+        """Whether each material has the column of its own number: all share one program."""
+        return bool((self.column == np.arange(self.column.size)).all())
+
     def _split(
         self, material: Ids, some: Index | None
     ) -> Iterator[tuple[Recipe, Index | None, Ids | None]]:
@@ -415,8 +421,9 @@ class SurfaceTable:
                     index = None
             column = None
             if recipe.program.columns:
-                which = material if index is None else material.take(index)
-                column = self.column.take(which)
+                column = material if index is None else material.take(index)
+                if not self._is_in_order:
+                    column = self.column.take(column)
             if some is not None:
                 index = some if index is None else some.take(index)
             yield recipe, index, column

@@ -78,7 +78,9 @@ def add(
     if only is not None:
         total = only.weight * total
     is_direct = None if to.total is None else to.total == 0
-    radiance.add(np.broadcast_to(total, (3, to.points.size)), to.slot, depth, is_direct)
+    if total.shape != (3, to.points.size):
+        total = np.broadcast_to(total, (3, to.points.size))
+    radiance.add(total, to.slot, depth, is_direct)
 
 
 def _add_sorted(
@@ -180,10 +182,12 @@ def _visible(
         far = np.where(arriving > 0, sample.far, F32(-1))
         visible = passed(plan, to, start, sample, far, None, depth, tally)
     else:
-        far = np.broadcast_to(sample.far, arriving.size).take(lit)
+        is_one = np.ndim(sample.far) == 0
+        far = np.full(lit.size, sample.far) if is_one else sample.far.take(lit)
         some = passed(plan, to, start.take(lit, axis=1), sample, far, lit, depth, tally)
         visible = np.zeros((*some.shape[:-1], arriving.size), F32)
-        visible[..., lit] = some
+        for row, values in zip(np.atleast_2d(visible), np.atleast_2d(some), strict=True):
+            row[lit] = values
     tally.rays_shadow += lit.size
     if sample.casts_shadow is not True:
         visible = np.where(sample.casts_shadow, visible, F32(1))
@@ -233,7 +237,8 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
         if plan.shifts_terminators:
             value = _shifted(plan, to, value, only, None, sample)
         if sample.light.shape[1] == 1 and (sample.light == sample.light[0]).all():
-            return value * (sample.gain * sample.light[0])
+            arriving = sample.gain * sample.light[0]
+            return np.multiply(value, arriving, out=arriving if value.ndim == 1 else None)
         return value * sample.gain * sample.light
     if to.is_sorted:
         return _scattered_by_lobe(plan, to, sample)

@@ -164,7 +164,7 @@ class Radiance:
 
 def _kept(light: Vec, limit: float | NDArray[np.float64]) -> Scalar | np.float32:
     """Return what of light (3, n) a limit of the sum of its channels leaves, (n,) or 1."""
-    if not np.any(limit):
+    if not isinstance(limit, np.ndarray) and not limit:
         return F32(1)
     brightness = np.abs(light).sum(axis=0)
     bound = np.where(limit, limit, np.inf).astype(F32)

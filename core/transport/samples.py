@@ -36,8 +36,7 @@ def samples(plan: Plan, to: Receiver, draws: Draws, depth: int) -> Iterator[Samp
             lamp = lights.single(number, to.points.time)
             if to.total is not None or depth <= lamp.max_bounces[0]:
                 u, v = draws.pair(dimension(LIGHT, depth, number), to.slot, item, split)
-                sample = _of_lamp(plan, lamp, to, u, v, split)
-                yield replace(sample, item=number, part=part, light_number=number)
+                yield _of_lamp(plan, lamp, to, u, v, part, number)
         if lights is not None and lights.chooses_at(depth):
             sample = _of_chosen(plan, lights, to, draws, depth, item, split)
             yield replace(sample, item=SAMPLED_EACH, part=part)
@@ -47,8 +46,17 @@ def samples(plan: Plan, to: Receiver, draws: Draws, depth: int) -> Iterator[Samp
             yield replace(sample, item=SAMPLED_EACH + 1, part=part)
 
 
-def _of_lamp(plan: Plan, lamp: LampGroup, to: Receiver, u: Scalar, v: Scalar, split: int) -> Sample:
-    """Return the light of one lamp for all points."""
+def _of_lamp(
+    plan: Plan,
+    lamp: LampGroup,
+    to: Receiver,
+    u: Scalar,
+    v: Scalar,
+    part: tuple[int, int],
+    number: int,
+) -> Sample:
+    """Return the light of one lamp, number `number`, for all points."""
+    split = part[1]
     with_pdf = bool(plan.lamps_seen_by & ~CAMERA)
     to_light, gain, pdf, distance = lamp.kind.sample(lamp.rows, to.points.above, u, v, with_pdf)
     check("direct", to_light=to_light, gain=gain)
@@ -75,6 +83,9 @@ def _of_lamp(plan: Plan, lamp: LampGroup, to: Receiver, u: Scalar, v: Scalar, sp
         int(lamp.receivers[0]),
         int(lamp.blockers[0]),
         bool(lamp.casts_shadow[0]),
+        number,
+        part,
+        number,
     )
 
 

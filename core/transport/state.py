@@ -5,6 +5,7 @@ unique within a wave, so light is added with `radiance[:, slot] += light`, witho
 """
 
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -106,12 +107,11 @@ class Paths:
 
     def take(self, index: Index) -> "Paths":
         """Return the paths at `index` (M,); slots that were implied become explicit."""
-        return Paths(
-            index.size,
-            take(self.throughput, index),
-            index if self.slot is None else self.slot.take(index),
-            *(take(getattr(self, name), index) for name in _names(Paths)[3:]),
-        )
+        there = {name: array for name, array in vars(self).items() if array is not None}
+        taken = {
+            name: array.take(index, axis=-1) for name, array in there.items() if name != "size"
+        }
+        return Paths(index.size, **{"slot": index, **taken})
 
 
 def join(pieces: list[tuple[Rays, Paths]]) -> tuple[Rays, Paths]:
@@ -123,6 +123,7 @@ def join(pieces: list[tuple[Rays, Paths]]) -> tuple[Rays, Paths]:
     return Rays(**rays), Paths(sum(p.size for _, p in pieces), **paths)
 
 
+@cache
 def _names(kind: type) -> list[str]:
     return [item.name for item in fields(kind)]
 

@@ -322,9 +322,9 @@ def test_a_pinhole_draws_no_numbers_for_a_lens(monkeypatch):
     drawn = set()
     pair = Draws.pair
 
-    def spy(self, dimension, *rest):
+    def spy(self, dimension, *rest, **options):
         drawn.add(dimension)
-        return pair(self, dimension, *rest)
+        return pair(self, dimension, *rest, **options)
 
     monkeypatch.setattr(Draws, "pair", spy)
     view = s.camera((0, -3, 0))

@@ -75,6 +75,31 @@ def test_numbers_do_not_depend_on_which_slots_are_alive(where):
 
 
 @every_dimension
+def test_waves_of_the_same_pixels_may_share_their_sequences(where):
+    pixels, slot, sequences = np.arange(100), np.arange(0, 100, 3), {}
+    for row in (2, 5):
+        alone = draws(pixels, row)
+        shared = Draws(alone.numbers, alone.key, row, sequences)
+        np.testing.assert_array_equal(shared.pair(where, slot), alone.pair(where, slot))
+        np.testing.assert_array_equal(shared.pair(where, None), alone.pair(where, None))
+    assert list(sequences) == ([where] if is_stratified(where) else [])
+
+
+@every_dimension
+def test_a_warp_maps_the_numbers_one_by_one(where):
+    def bent(u):
+        return u * u - 3
+
+    one = draws(np.arange(100), 4)
+    plain, slot = one.pair(where, None), np.array([3, 50])
+    np.testing.assert_array_equal(one.pair(where, None, warp=bent), [bent(u) for u in plain])
+    np.testing.assert_array_equal(
+        one.pair(where, slot, warp=bent), [bent(u.take(slot)) for u in plain]
+    )
+    np.testing.assert_array_equal(one.pair(where, None), plain)
+
+
+@every_dimension
 def test_seed_pixel_sample_and_item_all_matter(where):
     pixels = np.arange(100)
     one = draws(pixels).pair(where, None, 0, 2)

@@ -172,7 +172,7 @@ def test_matte_surfaces_see_no_caustics_that_are_switched_off(shader, kind, swit
 def lobes_at(count, shares, names=("diffuse", "translucent", "sheen")):
     """Lobes with these shares, each (n,) or one for all."""
     up = vectors((0, 0, 1)).repeat(count, axis=1)
-    frame = Frame(up, None, up)
+    frame = Frame(up, None, lambda: up)
     lobes = tuple(
         LobeAt(REGISTRY[name], np.full((3, 1), row, F32), (), frame, np.array(share, F32))
         for row, (name, share) in enumerate(zip(names, shares, strict=False))
