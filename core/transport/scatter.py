@@ -114,8 +114,9 @@ def scatter(
 
     `pieces` are others that go on as well.  Unbiased but for the bounce limits, which only darken.
     """
-    for branch in _all_branches(plan, paths, points, shaded, draws, depth):
-        piece = _segment(plan, branch, draws, depth, tally)
+    arriving = draws  # which has the slots that branches come from, and no others
+    for branch in _all_branches(plan, paths, points, shaded, arriving, depth):
+        piece = _segment(plan, branch, arriving, depth, tally)
         if piece is None:
             continue
         rays, onward = piece

@@ -127,3 +127,12 @@ def test_a_furnace_of_mixtures_converges_to_its_series(name, splitting, scatter_
     how = {"splitting": splitting, "scatter_samples": scatter_samples}
     found = s.means(INSIDE, *things, samples=32, **how, **DEEP)
     assert_same_mean(found, 1 / (1 - albedo), tests=8)
+
+
+@pytest.mark.parametrize("scatter_samples", (1, 4))
+def test_rays_that_all_hit_smooth_walls_go_on_as_often_as_is_asked(scatter_samples):
+    wall = Material("Walls", s.shader(s.diffuse(0.5).surface, s.emission().surface))
+    found = s.means(
+        INSIDE, s.put(s.sphere(), wall), samples=16, scatter_samples=scatter_samples, **DEEP
+    )
+    assert_same_mean(found, 2.0, tests=2)
