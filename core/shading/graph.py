@@ -84,6 +84,7 @@ class Graph:
         self.bump_width = 0.1
         self._table = table
         self._root = root
+        self._circles: set[tuple[int, str]] = set()  # inputs of nodes, by their ids
         self._known: dict[tuple[int, str], Value | None] = {}
         self._shared: dict[Hashable, Value] = {}
 
@@ -158,7 +159,7 @@ class Graph:
 
     def _linked(self, node: Node, socket: str, link: Link) -> Value | None:
         """Return what a link brings to an input, None and a note if its node is not known."""
-        made = self._output(link)
+        made = None if (id(node), socket) in self._circles else self._output(link)
         if made is None:
             self.note(
                 f"{title(link.node)} feeding {socket} of {title(node)} is replaced by the "
@@ -180,22 +181,24 @@ class Graph:
     def _output(self, link: Link) -> Value | None:
         """Return the value of an output, None if its node is not known.
 
-        What feeds it is made first, from the far end on: a long chain needs no deep recursion.
+        What feeds it is made first, from the far end on: a long chain needs no deep recursion.  A
+        link that closes a circle does not count.
         """
-        stack = [link]
+        stack, begun = [link], set[tuple[int, str]]()
         while stack:
             node, output = stack[-1].node, stack[-1].output
             if (id(node), output) in self._known:
                 stack.pop()
                 continue
             function = self._table.get(node.kind)
-            waiting = [
-                found
-                for found in node.inputs.values()
-                if isinstance(found, Link)
-                and (id(found.node), found.output) not in self._known
-                and function is not None
-            ]
+            begun.add((id(node), output))
+            waiting = []
+            for socket, found in node.inputs.items() if function is not None else ():
+                key = (id(found.node), found.output) if isinstance(found, Link) else None
+                if key in begun and key not in self._known:
+                    self._circles.add((id(node), socket))
+                elif isinstance(found, Link) and key not in self._known:
+                    waiting.append(found)
             if waiting:
                 stack.extend(waiting)
                 continue

@@ -231,3 +231,27 @@ def test_the_library_makes_each_thing_once_and_forgets_what_nobody_holds():
     forgotten = weakref.ref(library.get(sources[0], Node))
     del sources[0]
     assert forgotten() is None
+
+
+def test_a_link_that_closes_a_circle_does_not_count(graph):
+    first, second = Node("Plus", "First", {}), Node("Plus", "Second", {})
+    first.inputs["A"] = Link(second, "O", 5.0)
+    second.inputs["A"] = Link(first, "O", 10.0)
+    found = graph.number(node(A=Link(first, "O")), "A")
+    assert found.constant == 12  # the second's own value, and one twice
+    assert [note.what for note in graph.notes] == [
+        "Plus 'First' feeding A of Plus 'Second' is replaced by the input's own value"
+    ]
+
+
+def test_a_node_that_feeds_itself_has_its_own_value(graph):
+    alone = Node("Plus", "Alone", {})
+    alone.inputs["A"] = Link(alone, "O", 2.0)
+    assert graph.number(node(A=Link(alone, "O")), "A").constant == 3
+
+
+def test_two_ways_to_a_node_are_no_circle(graph):
+    shared = Link(Node("Plus", "Shared", {"A": 1.0}), "O")
+    both = Node("Plus", "Both", {"A": shared, "B": shared})
+    assert graph.number(node(A=Link(both, "O"), B=shared), "A").constant == 3
+    assert graph.notes == []
