@@ -302,6 +302,13 @@ def read_option(owner: bpy.types.Scene | bpy.types.ViewLayer, name: str) -> Any:
     return getattr(cycles if follow else ours, name)
 
 
+_WHOLE = 2.0**24  # float32 from here on are whole numbers
+
+
 def _exact(value: Any) -> Any:
-    """Return the shortest number that Blender's float32 stands for: 0.01, not 0.0099999998."""
-    return float(str(np.float32(value))) if isinstance(value, float) else value
+    """Return the shortest number that Blender's float32 stands for: 0.01, not 0.0099999998.
+
+    Large ones are whole numbers, and as they are.
+    """
+    is_short = isinstance(value, float) and abs(value) < _WHOLE
+    return float(str(np.float32(value))) if is_short else value

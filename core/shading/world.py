@@ -1,6 +1,7 @@
 """directions -> radiance.  The shader of the world, as rays see it that leave the scene."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,12 @@ class WorldContext(Context):
     def seen_way(self) -> Vec:
         """The directions (3, N) in the camera's space."""
         return self.view.turn(self.direction)
+
+    @cached_property
+    def corners(self) -> tuple[Vec, Vec, Vec]:
+        """Zeros (3, N): no triangle, so that no edge is near, and nothing but the first corner."""
+        nowhere = np.zeros((3, self.size), F32)
+        return nowhere, nowhere, nowhere
 
     def fact(self, row: int, is_vector: bool = False) -> Array:
         """Return zeros: there is no object."""

@@ -2,6 +2,8 @@
 
 import math
 
+import pytest
+
 from penumbra.core.film.passes import PASSES
 from penumbra.core.settings import OPTIONS
 
@@ -230,6 +232,32 @@ def test_properties_are_the_table_of_options_and_survive_a_saved_file(blender, t
 
     shown = [name for _, names in panels for name in names if ":" not in name]
     assert sorted(shown) == sorted(option.name for option in OPTIONS)
+
+
+def set_to_ends():
+    import bpy
+
+    import penumbra
+    from penumbra.addon.properties import read_settings
+
+    penumbra.register()
+    scene = bpy.context.scene
+    found = []
+    for end in ("hard_max", "hard_min"):
+        for prop in scene.penumbra.bl_rna.properties:
+            if hasattr(prop, end):
+                setattr(scene.penumbra, prop.identifier, getattr(prop, end))
+        found.append(read_settings(scene, bpy.context.view_layer))
+    return found
+
+
+def test_settings_may_be_all_that_blender_lets_users_set(blender):
+    largest, least = blender(set_to_ends)
+    for option in OPTIONS:
+        if option.maximum is not None and not option.choices:
+            assert getattr(largest, option.name) == pytest.approx(option.maximum, rel=1e-6)
+        if option.minimum is not None and not option.choices:
+            assert getattr(least, option.name) == pytest.approx(option.minimum, rel=1e-6)
 
 
 def adopt():

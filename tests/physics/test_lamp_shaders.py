@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from penumbra.core import Link, Node, RayKinds, Settings, compile_plan
+from penumbra.core import Link, Node, RayKinds, Settings, World, compile_plan
 from penumbra.core.scene import Label
 from tests.support import scenes as s
 
@@ -173,6 +173,17 @@ def test_what_lamps_have_none_of_is_noted(kind, name, choices):
 
 def test_lamps_have_no_edges():
     assert below(1.0, glow(output("Wireframe", "Fac", Size=10.0))) == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "inputs", "expected"),
+    (("Wireframe", "Fac", {"Size": 10.0}, (0, 0, 0)), ("NewGeometry", "Parametric", {}, (1, 0, 0))),
+)
+def test_the_world_is_no_triangle(kind, name, inputs, expected):
+    place = Node("Background", inputs={"Color": output(kind, name, **inputs), "Strength": 1.0})
+    world = World("World", place)
+    seen = s.pixels(s.camera((0, 0, 0), (0, 1, 0)), world)[..., :3]
+    np.testing.assert_array_equal(seen, np.broadcast_to(np.float32(expected), seen.shape))
 
 
 def test_mirrors_and_light_samples_see_the_same_shader():

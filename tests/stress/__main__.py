@@ -1,6 +1,6 @@
 """suite -> a report.  The long form of the stress tests.
 
-python3 dev.py stress [--seeds N] [--fuzzed N] [--report FILE.md]
+python3 dev.py stress [--seeds N] [--fuzzed N] [--blends N] [--report FILE.md]
 Exit codes: 0 nothing was found, 1 something was.
 """
 
@@ -10,7 +10,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from . import fuzz
+from . import blends, fuzz
 from .suite import described, run
 
 HEAD = """# Stress
@@ -32,21 +32,27 @@ def main(argv: list[str]) -> int:
     parser.add_argument("--seeds", type=int, default=8, help="pictures for each row")
     parser.add_argument("--report", type=Path, help="write the report there")
     parser.add_argument("--fuzzed", type=int, default=1000, help="scenes of random values")
+    parser.add_argument("--blends", type=int, default=1000, help="the same through Blender")
     options = parser.parse_args(argv)
-    outcomes: Counter[str] = Counter()
     lines, bad = [], 0
     for row in run(options.seeds):
         bad += not row.is_good
         lines.append(("   " if row.is_good else "!! ") + described(row))
         print(lines[-1], flush=True)
-    for seed in range(options.fuzzed):
-        text = fuzz.outcome(seed)
-        outcomes[text.split(":")[0]] += 1
-        if text.startswith("wrong"):
-            lines.append(f"!! fuzzed scene {seed}: {text}")
-            print(lines[-1], flush=True)
-    lines.append(f"{options.fuzzed} fuzzed scenes: " + str(dict(outcomes)))
-    bad += outcomes["wrong"]
+    descriptions = ((seed, fuzz.outcome(seed)) for seed in range(options.fuzzed))
+    for what, found in (
+        ("fuzzed scenes", descriptions),
+        ("fuzzed files", blends.outcomes(0, options.blends)),
+    ):
+        counts: Counter[str] = Counter()
+        for seed, text in found:
+            counts[text.split(":")[0]] += 1
+            if text.startswith("wrong"):
+                lines.append(f"!! {what}, seed {seed}: {text}")
+                print(lines[-1], flush=True)
+        lines.append(f"{sum(counts.values())} {what}: {dict(counts)}")
+        print(lines[-1], flush=True)
+        bad += counts["wrong"]
     lines.append(f"{bad} with something wrong")
     print(lines[-1])
     if options.report is not None:
