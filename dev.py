@@ -109,7 +109,8 @@ def build(argv: list[str]) -> int:
 
 def bench(argv: list[str]) -> int:
     """Measure Penumbra against Cycles; bench --help lists the options."""
-    return _call(_command(_newest("render"), "penumbra.benchmarks", argv))
+    others = [name for name in ("mitsuba",) if {name, f"{name}-llvm", "all"} & {*argv}]
+    return _call(_command(_newest("render", "parity", *others), "penumbra.benchmarks", argv))
 
 
 def parity(argv: list[str]) -> int:

@@ -3,13 +3,15 @@
 Each feature is a change of the Cornell box.  Unused, it is measured against the plain file; used,
 in a scene that gives it something to do, against that same scene without it.  All pictures of a
 feature are rendered in turn in one process, round after round, and a ratio is the median over the
-rounds: so what else the machine does is in both.
+rounds: so what else the machine does is in both.  `skips.py` has what a scene can do without.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any
+
+from .skips import SKIPS, Skip
 
 if TYPE_CHECKING:
     from .process import Worker
@@ -173,7 +175,8 @@ FEATURES = (
     Feature("panorama (fisheye)", _fisheye),
     Feature("film transparent", _set(_RENDER, film_transparent=True), _step_back),
 )
-BY_NAME = {each.name: each for each in FEATURES}
+ALL: tuple[Feature | Skip, ...] = FEATURES + SKIPS
+BY_NAME = {each.name: each for each in ALL}
 
 
 def measure_costs(
@@ -182,7 +185,7 @@ def measure_costs(
     """Return the costs of all features: ratios, and the CPU seconds of each state."""
     size, results = (SIZE // 2 if quick else SIZE), []
     worker.call("cost", blend=blend, feature=FEATURES[0].name, state="bare", size=size)
-    for feature in FEATURES:
+    for feature in ALL:
         say(feature.name)
         states = feature.states()
         seconds: dict[str, list[float]] = {state: [] for state in states}
@@ -195,19 +198,24 @@ def measure_costs(
 
 
 def ratios(seconds: dict[str, list[float]]) -> dict[str, float | None]:
-    """Return what a feature costs unused (None if it always is used) and on, as ratios of time."""
+    """Return ratios of time, None where not measured.
+
+    What a feature costs unused, and on, and how much longer it takes where it is not skipped.
+    """
 
     def ratio(state: str, other: str) -> float | None:
-        if state not in seconds:
+        if state not in seconds or other not in seconds:
             return None
         return median(a / b for a, b in zip(seconds[state], seconds[other], strict=True))
 
-    return {"unused": ratio("unused", "plain"), "on": ratio("on", "bare")}
+    found = {"unused": ratio("unused", "plain"), "on": ratio("on", "bare")}
+    return found | {"gain": ratio("kept", "unused")}
 
 
 def print_costs(results: list[dict[str, Any]]) -> None:
     """Print the table, as README shows it."""
-    print("\n| feature | off | on, unused | on |\n|---|---|---|---|")
+    print("\n| feature | off | on, unused | on | skipping gains |\n|---|---|---|---|---|")
     for each in results:
-        unused = "" if each["unused"] is None else f"{each['unused']:.2f}"
-        print(f"| {each['name']} | 1 | {unused} | {each['on']:.2f} |")
+        shown = (each[key] for key in ("unused", "on", "gain"))
+        cells = ("" if value is None else f"{value:.2f}" for value in shown)
+        print(f"| {each['name']} | 1 | {' | '.join(cells)} |")

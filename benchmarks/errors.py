@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 EPSILON = 0.01
 TRIM = 0.001
-METRICS = ("relmse", "relmse_trimmed", "rmse")
+SPAN = 0.05  # of the logarithms of errors, that makes a curve of points
+METRICS = ("relmse", "relmse_trimmed", "rmse")  # from which a known noise can be subtracted
+SHOWN = (*METRICS, "flip")
 
 
 def measure(difference: NDArray[np.float32], reference: NDArray[np.float32]) -> dict[str, float]:
@@ -37,6 +39,10 @@ class Curve:
         good = [k for k, error in enumerate(errors) if error > 0]
         self.log_time = np.log([seconds[k] for k in good])
         self.log_error = np.log([errors[k] for k in good])
+
+    def is_one(self, fewest: int) -> bool:
+        """Tell whether there are so many points, and not all of one error."""
+        return len(self.log_error) >= fewest and float(np.ptp(self.log_error)) > SPAN
 
     def time_at(self, log_error: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the logarithm of the time to this error, linear between the points."""

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,12 @@ class Worker:
     def __init__(self) -> None:
         command = [sys.executable, "-m", f"{__package__}.worker"]
         self.folder = tempfile.TemporaryDirectory(prefix="penumbra-bench-")
+        start = perf_counter()
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
+        self.versions = self.call("version")
+        self.start_seconds = perf_counter() - start  # until Blender and the add-on are there
 
     def call(self, name: str, **arguments: Any) -> dict[str, Any]:
         """Send a request and wait for its answer; raises WorkerError."""
@@ -43,13 +47,14 @@ class Worker:
             raise WorkerError(answer["error"])
         return answer
 
-    def open(self, scene: Scene) -> tuple[int, int]:
-        """Open a scene; return the picture's width and height."""
+    def open(self, scene: Scene) -> tuple[tuple[int, int], float]:
+        """Open a scene; return the picture's width and height, and how long it took."""
+        start = perf_counter()
         blend = scene.blend()
         path = None if blend is None else str(blend)
         answer = self.call("open", scene=scene.name, blend=path, percentage=scene.percentage)
         width, height = answer["size"]
-        return width, height
+        return (width, height), perf_counter() - start
 
     def render(
         self,

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..parity.results import flip
 from . import built
 from .errors import measure
 from .scenes import Scene
@@ -29,6 +30,7 @@ class Reference:
     picture: NDArray[np.float32]
     noise: dict[str, float]
     seconds: float
+    flip: float | None = None  # HDR-FLIP between the halves
 
 
 def reference(scene: Scene, cycles: Any, threads: int, blender: str) -> Reference:
@@ -47,7 +49,7 @@ def reference(scene: Scene, cycles: Any, threads: int, blender: str) -> Referenc
     with np.load(path) as kept:
         a, b, seconds = kept["a"], kept["b"], float(kept["seconds"])
     mean = (a + b) / 2
-    return Reference(mean, measure((a - b) / 2, mean), seconds)
+    return Reference(mean, measure((a - b) / 2, mean), seconds, flip(a, b))
 
 
 def key(scene: Scene, blender: str) -> str:

@@ -16,11 +16,13 @@ import bpy
 import numpy as np
 
 from . import built, costs
+from .contenders import DEFAULTS, OTHERS
 
 # What both engines are told, so that nothing but the samples decides about the error.
 COMMON = {"use_adaptive_sampling": False, "use_denoising": False, "time_limit": 0.0}
 COMMON |= {"sample_clamp_direct": 0.0, "sample_clamp_indirect": 0.0, "blur_glossy": 0.0}
 COMMON |= {"pixel_filter_type": "BLACKMAN_HARRIS", "filter_width": 1.5}
+PARTS = ("export", "compile", "build", "sampling")  # of Penumbra's statistics
 
 
 def open_scene(scene: str, blend: str | None, percentage: int) -> dict[str, Any]:
@@ -39,31 +41,67 @@ def render_scene(
     engine: str, settings: dict[str, Any], samples: int, seed: int, threads: int, pixels: str
 ) -> dict[str, Any]:
     """Render; write the pixels (H, W, 3) to the .npy file `pixels`; return what was measured."""
+    if engine in OTHERS:
+        return _render_elsewhere(OTHERS[engine], settings, samples, seed, threads, pixels)
     scene = bpy.context.scene
     scene.render.engine = engine
     scene.render.threads_mode, scene.render.threads = "FIXED", threads
     scene.render.use_persistent_data = False
     scene.view_layers[0].use_pass_combined = True
     options = scene.cycles if engine == "CYCLES" else scene.penumbra
-    for name, value in (COMMON | settings | {"samples": samples, "seed": seed}).items():
+    own = DEFAULTS if engine == "PENUMBRA" else {}
+    for name, value in (COMMON | own | settings | {"samples": samples, "seed": seed}).items():
         setattr(options, name, value)
     if engine == "CYCLES":
         scene.cycles.device, scene.cycles.use_light_tree = "CPU", True
         _use_best_pattern(options)
 
+    said: list[tuple[float, str]] = []
+    listeners = bpy.app.handlers.render_stats
+    listeners.append(lambda text, *_: said.append((perf_counter(), str(text))))
     start = perf_counter()
     bpy.ops.render.render()
     seconds = perf_counter() - start
+    listeners.pop()
 
     if pixels:
         np.save(pixels, _pixels())
-    answer: dict[str, Any] = {"seconds": seconds, "statistics": {}}
+    answer: dict[str, Any] = {"seconds": seconds, "statistics": {}, "parts": {}}
+    if engine == "CYCLES":
+        answer["parts"] = parts_of_cycles(start, said)
     if engine == "PENUMBRA":
         from penumbra.addon import report
 
         answer["statistics"] = report.frames[-1]["statistics"]
+        answer["parts"] = {part: answer["statistics"][f"{part}_seconds"] for part in PARTS}
         answer["not_honoured"] = report.frames[-1]["not_honoured"]
     return answer
+
+
+def parts_of_cycles(start: float, said: list[tuple[float, str]]) -> dict[str, float]:
+    """Return how long Cycles read, built and sampled, by when it said what; {} if it did not."""
+    builds = [when for when, text in said if "Updating" in text or "Loading" in text]
+    samples = [when for when, text in said if "Sample " in text]
+    if not builds or len(samples) < 2:
+        return {}
+    return {
+        "export": builds[0] - start,
+        "build": samples[0] - builds[0],
+        "sampling": samples[-1] - samples[0],
+    }
+
+
+def _render_elsewhere(
+    mode: str, settings: dict[str, Any], samples: int, seed: int, threads: int, pixels: str
+) -> dict[str, Any]:
+    """Render with Mitsuba; the time is that of reading the scene, building and sampling."""
+    from . import in_mitsuba
+
+    start = perf_counter()
+    picture, parts = in_mitsuba.render(mode, settings, samples, seed, threads)
+    seconds = perf_counter() - start
+    np.save(pixels, picture)
+    return {"seconds": seconds, "statistics": {}, "parts": parts}
 
 
 def cost_of(blend: str, feature: str, state: str, size: int) -> dict[str, Any]:

@@ -80,6 +80,7 @@ PURPOSES = {
         "colorama==0.4.6",
     ),
     "parity": ("flip-evaluator==1.7",),
+    "mitsuba": ("mitsuba==3.9.1", "drjit==1.5.0"),
     "lint": (
         "ruff==0.17.6",
         "mypy==2.4.1",
