@@ -79,14 +79,13 @@ class PenumbraRenderEngine(bpy.types.RenderEngine):
             self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Something that the viewport shows has changed."""
-        if self._session is None:
-            self._session = viewport.open_session(self)
-        self._session.update(depsgraph)
+        """Something that the viewport shows has changed, if Blender draws with this engine."""
+        if self._session is not None and not self._session.is_closed:
+            self._session.update(depsgraph)
 
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Draw what there is of the rendered viewport; nothing is raised."""
-        if self._session is None:
+        if self._session is None or self._session.is_closed:
             self._session = viewport.open_session(self)
         self._session.draw(self, context, depsgraph)
 

@@ -44,6 +44,7 @@ class Session:
         self.last: tuple[Any, ...] = ()  # what was asked for last, but the scene
         self.view_key: tuple[Any, ...] = ()
         self.depsgraph = 0
+        self.of = ""  # the name of the scene
         self.error = ""
         self.wants_pause = False
         self.drawn: Shown | None = None
@@ -92,6 +93,7 @@ class Session:
     ) -> None:
         """Read what has changed, and hand it to the renderer."""
         region, space, view = context.region, context.space_data, context.region_data
+        self.of = depsgraph.scene.name
         scene = depsgraph.scene  # where changes of our settings are seen at once
         settings = limit_memory(read_viewport_settings(scene, depsgraph.view_layer))
         self.wants_pause = scene.penumbra.preview_pause
@@ -190,6 +192,21 @@ class Session:
             return False
         return self.renderer.is_busy or is_behind
 
+    def is_wanted(self) -> bool:
+        """Is its scene still one that this engine renders?
+
+        Where undo goes back to before the engine was chosen, Blender keeps the engine and does
+        not draw with it.
+        """
+        engine, scene = self.engine(), bpy.data.scenes.get(self.of)
+        chosen = scene is None or engine is None or scene.render.engine == engine.bl_idname
+        return not self.of or chosen
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it has ended; its engine may want another one."""
+        return self not in sessions
+
     def close(self) -> None:
         """End the renderer's thread, without waiting for it."""
         self.renderer.close()
@@ -273,7 +290,10 @@ def _look() -> float | None:
 @bpy.app.handlers.persistent
 def _forget(*_: Any) -> None:
     for session in list(sessions):
-        session.forget()
+        if session.is_wanted():
+            session.forget()
+        else:
+            session.close()
 
 
 _HANDLERS = ("undo_post", "redo_post", "load_post")

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import window as w
 
-panels, preferences = w.of_ours("panels"), w.of_ours("preferences")
+panels, preferences = w.of_ours("addon.panels"), w.of_ours("addon.preferences")
 TABS = ("RENDER", "OUTPUT", "VIEW_LAYER", "WORLD", "OBJECT", "DATA", "MATERIAL")
 
 

@@ -81,6 +81,32 @@ def drive(found):
     yield 0.5
     yield w.done()
 
+    # Undo goes back to before the engine was chosen, and redo forth.
+    for engine in ("BLENDER_WORKBENCH", "PENUMBRA"):
+        bpy.context.scene.render.engine = engine
+        with w.here():
+            bpy.ops.ed.undo_push(message=engine)
+        yield 0.5
+    yield w.done()
+    with w.here():
+        bpy.ops.ed.undo()
+    yield 1.0
+    found["after undo"] = bpy.context.scene.render.engine, len(w.viewport.sessions)
+    found["timer after undo"] = bpy.app.timers.is_registered(w.viewport._look)
+    with w.here():
+        bpy.ops.ed.redo()
+    yield 1.0
+    yield w.done()
+    found["after redo"] = bpy.context.scene.render.engine, len(w.viewport.sessions)
+
+    # What arrays have taken goes back to the system.
+    before = w.memory()
+    arrays = [np.ones(1 << 17) for _ in range(300)]
+    held = w.memory() - before
+    del arrays
+    w.pages.release_pages()
+    found["kept pages"] = (w.memory() - before) / held
+
     # F12 and Escape, while the viewport is rendered.
     scene = bpy.context.scene
     scene.penumbra.samples, scene.penumbra.use_adaptive_sampling = 1 << 20, False

@@ -1,7 +1,8 @@
 """A user in a hurry: random edits while the viewport renders.  Runs inside a real Blender.
 
-PENUMBRA_SOAK is "seed seconds".  The same seed gives the same edits in the same order.  Every
-few of them it waits until the viewport is done, so that a stuck render is found.
+PENUMBRA_SOAK is "seed seconds", and perhaps how many edits at most.  The same seed gives the same
+edits in the same order.  Every few of them it waits until the viewport is done, so that a stuck
+render is found.  PENUMBRA_SOAK_ENGINE names another engine, for comparison.
 """
 
 import os
@@ -15,6 +16,7 @@ sys.path.insert(0, os.path.dirname(__file__))  # noqa: PTH120
 import bpy
 import window as w
 
+ENGINE = os.environ.get("PENUMBRA_SOAK_ENGINE", "PENUMBRA")
 SETTLE = 12  # edits between two looks at whether all is well
 ROUND = 8  # such looks between new files
 MOST_OBJECTS = 25
@@ -32,6 +34,8 @@ class User:
 
     def act(self):
         """Do something; return what."""
+        if bpy.context.scene.render.engine != ENGINE:
+            choose()
         name = self.random.choice(self.moves)
         self.told.write(name[3:] + "\n")
         with w.here(self.random.choice(w.areas())):
@@ -207,14 +211,19 @@ class User:
             w._xdotool("key", w.ESCAPE)
 
 
-def prepare():
-    """Open a new file, and show it rendered."""
-    bpy.ops.wm.read_homefile(app_template="")
+def choose():
+    """Choose the engine: in a new file, and where undo has gone back to before that."""
     scene = bpy.context.scene
-    scene.render.engine = os.environ.get("PENUMBRA_SOAK_ENGINE", "PENUMBRA")
+    scene.render.engine = ENGINE
     scene.render.preview_pixel_size = "4"
     scene.render.resolution_percentage = 10
     scene.penumbra.samples, scene.penumbra.preview_samples = 16, 4
+
+
+def prepare():
+    """Open a new file, and show it rendered."""
+    bpy.ops.wm.read_homefile(app_template="")
+    choose()
     for area in w.areas():
         area.spaces.active.shading.type = "RENDERED"
 
@@ -224,7 +233,7 @@ def drive(found):
 
     Memory is what it is with a new file: else it would be that of what has been made so far.
     """
-    seed, seconds = map(int, os.environ["PENUMBRA_SOAK"].split())
+    seed, seconds, *most = map(int, os.environ["PENUMBRA_SOAK"].split())
     bpy.context.preferences.view.render_display_type = "NONE"
     prepare()
     yield 0.5
@@ -232,7 +241,7 @@ def drive(found):
     found.update(edits=done, memory=[], errors=[], settled=0)
     end = time.monotonic() + seconds
     count = 0
-    while time.monotonic() < end:
+    while time.monotonic() < end and (not most or count < most[0]):
         name = user.act()
         found["log"].append(name)
         done[name] = done.get(name, 0) + 1

@@ -4,9 +4,12 @@ Each drive (drive_*.py) is one run of Blender; the tests look at what it found. 
 
     PENUMBRA_SOAK="SEED SECONDS" python3 dev.py test --env 5.2 tests/blender -k random_edits
 
-writes what it found to soak.json beside this file.  The last one, of ten minutes and 1543 edits,
-had no error and was never stuck, but failed by its memory: a new file took 0.3 MB more after each
-edit (0.1 MB with Workbench).  That is not in Python, and comes with edits that change views.
+writes what it found to soak.json beside this file.
+
+A new file takes more memory after many edits with any engine: OpenGL in software keeps what it has
+compiled for each thing that Blender draws for the first time, and Blender's allocator does not
+give back all that is free.  So a long soak is judged beside the same edits with Workbench: in the
+last one, of ten minutes and 1206 edits, that took 54 MB more by the end, Penumbra 31 MB.
 """
 
 import json
@@ -17,6 +20,7 @@ from pathlib import Path
 import pytest
 
 REPORT = Path(__file__).with_name("soak.json")
+LONG = 6  # new files; in fewer no trend can be seen
 pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="needs Xvfb"),
     pytest.mark.skipif(
@@ -146,6 +150,16 @@ def test_each_viewport_has_a_session_while_it_is_rendered_and_no_longer(life):
     assert life["threads"] == []
 
 
+def test_a_session_ends_where_undo_goes_back_to_another_engine(life):
+    assert life["after undo"] == ["BLENDER_WORKBENCH", 0]
+    assert not life["timer after undo"]
+    assert life["after redo"] == ["PENUMBRA", 2]
+
+
+def test_memory_goes_back_to_the_system(life):
+    assert life["kept pages"] < 0.5
+
+
 def test_escape_ends_a_render_and_keeps_the_picture(life):
     assert life["rendering"]
     assert life["viewport waits"]
@@ -156,9 +170,20 @@ def test_escape_ends_a_render_and_keeps_the_picture(life):
 def test_a_minute_of_random_edits_leaves_blender_well(real):
     seed, seconds = map(int, os.environ.get("PENUMBRA_SOAK", "1 60").split())
     found = real.drive("drive_soak", seconds + 240, PENUMBRA_SOAK=f"{seed} {seconds}")
+    memory, beside = found["memory"], []
+    if len(memory) >= LONG:
+        edits = sum(found["edits"].values())
+        arguments = f"{seed} {2 * seconds} {edits}"
+        other = real.drive(
+            "drive_soak",
+            2 * seconds + 240,
+            PENUMBRA_SOAK=arguments,
+            PENUMBRA_SOAK_ENGINE="BLENDER_WORKBENCH",
+        )
+        beside = other["memory"]
     if "PENUMBRA_SOAK" in os.environ:
         report = {key: value for key, value in found.items() if key != "log"}
-        report.update(seed=seed, seconds=seconds)
+        report.update({"memory with Workbench": beside, "seed": seed, "seconds": seconds})
         REPORT.write_text(json.dumps(report, indent=1) + "\n", "utf-8")
 
     # Nothing raised, nothing stuck, nothing left behind.
@@ -169,8 +194,13 @@ def test_a_minute_of_random_edits_leaves_blender_well(real):
     assert len(found["edits"]) > 10
     assert found["settled"] >= 2
 
-    # Memory settles: a new file needs hardly more at the end than after the first minutes.
-    memory = found["memory"]
+    # Memory settles: a new file comes to need hardly more, or no more than with Workbench.
+    if beside:
+        assert len(beside) == len(memory)
+        assert growth(memory) < max(growth(beside), 0.05 * max(memory[: len(memory) // 3]))
+
+
+def growth(memory):
+    """Return by how much the largest of the last third is above that of the first."""
     third = len(memory) // 3
-    if third >= 2:
-        assert max(memory[-third:]) < 1.05 * max(memory[:third])
+    return max(memory[-third:]) - max(memory[:third])

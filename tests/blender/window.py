@@ -24,10 +24,11 @@ MIDDLE_BUTTON, ESCAPE, F12 = 2, "Escape", 96
 
 def of_ours(name):
     """Return a module of the installed extension."""
-    return importlib.import_module(f"bl_ext.user_default.penumbra.addon.{name}")
+    return importlib.import_module(f"bl_ext.user_default.penumbra.{name}")
 
 
-viewport, report = of_ours("viewport"), of_ours("report")
+viewport, report = of_ours("addon.viewport"), of_ours("addon.report")
+pages = of_ours("core.pages")
 
 
 class Stuck(Exception):
@@ -210,8 +211,14 @@ def middle(area=None):
 
 
 def trim():
-    """Let the C library give back what is free, so that `memory` is what is in use."""
-    ctypes.CDLL(None).malloc_trim(0)
+    """Let the allocator give back what is free, so that `memory` is what is in use.
+
+    That is the C library's, or TBB's, whose command 0 cleans all buffers.
+    """
+    program = ctypes.CDLL(None)
+    program.malloc_trim(0)
+    if hasattr(program, "scalable_allocation_command"):
+        program.scalable_allocation_command(0, None)
 
 
 def memory():
