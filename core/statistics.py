@@ -81,7 +81,7 @@ STATISTICS = (
     Statistic("parts", "parts", "Embree scenes"),
     Statistic("lights", "lights", "lamps that can contribute"),
     Statistic("textures", "images", "images that shaders show"),
-    Statistic("texture_bytes", "bytes", "what the texels of all images take, with their levels"),
+    Statistic("texture_bytes", "bytes", "what texels of all images take, with levels and sheets"),
     Statistic("export_seconds", "s", "reading the scene from Blender"),
     Statistic("compile_seconds", "s", "making the plan, without Embree's build"),
     Statistic("build_seconds", "s", "uploading to Embree and building its tree"),

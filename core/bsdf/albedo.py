@@ -107,8 +107,11 @@ def roughness_of(alpha_x: Scalar, alpha_y: Scalar) -> Scalar:
 # --- Lost energy --------------------------------------------------------------------------------
 
 
-def _energy(e: Scalar, average: Scalar, fss: Vec | None) -> tuple[Any, Any]:
-    """Return factor and darkening from the albedo at this angle and over all of them."""
+def kept_energy(e: Scalar, average: Scalar, fss: Vec | None = None) -> tuple[Any, Any]:
+    """Return factor and darkening from the albedo at this angle and over all of them.
+
+    See `ggx_energy`.
+    """
     if fss is None:
         return F32(1) / e, F32(1)
     # Light that missed meets the facets' Fresnel again and again; one time is in the closure
@@ -125,8 +128,17 @@ def ggx_energy(roughness: Scalar, mu: Scalar, fss: Vec | None = None) -> tuple[A
     The factor is (3, N), or (N,) where fss is None: then nothing is absorbed, and the darkening
     is 1.  A layer's estimated albedo contains the darkening only: see `layering`.
     """
-    e = lookup("reflection", mu, roughness)
-    return _energy(e, lookup("reflection_average", roughness), fss)
+    return kept_energy(ggx_albedo(roughness, mu), ggx_average_albedo(roughness), fss)
+
+
+def ggx_albedo(roughness: Scalar, mu: Scalar) -> Scalar:
+    """Return the share (N,) of light that GGX reflection without Fresnel sends back once."""
+    return lookup("reflection", mu, roughness)
+
+
+def ggx_average_albedo(roughness: Scalar) -> Scalar:
+    """Return the same (N,) of light from everywhere."""
+    return lookup("reflection_average", roughness)
 
 
 def ggx_glass_energy(
@@ -135,7 +147,7 @@ def ggx_glass_energy(
     """Return the same for GGX glass of index `ior` (N,), seen from behind where back (N,)."""
     z, side = _z(ior), ((ior < 1) != back).astype(np.intp)
     e = lookup("glass", z, mu, roughness, side=side)
-    return _energy(e, lookup("glass_average", z, roughness, side=side), fss)
+    return kept_energy(e, lookup("glass_average", z, roughness, side=side), fss)
 
 
 # --- Layers -------------------------------------------------------------------------------------

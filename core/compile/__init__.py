@@ -79,9 +79,9 @@ def compile_plan(
     check_pattern(settings)
 
     # Surfaces: a column for each material that occurs.
-    side, spare, image_notes = image_memory(scene, settings, kept)
+    side, spare, room, image_notes = image_memory(scene, settings, kept)
     library = kept.step("library", (side, spare is None), lambda: Library(side))
-    library.renew(spare)
+    library.renew(spare, room)
     notes += image_notes
     outputs = wanted(scene.layer)
     denoising = denoising_of(scene, settings, notes)
@@ -227,7 +227,7 @@ def compile_plan(
         parts=len(accel.parts) if accel else 0,
         lights=lights.count if lights else 0,
         textures=len(library.store.images),
-        texture_bytes=library.store.memory,
+        texture_bytes=library.memory,
     )
     moves = camera_motion is not None or any(lamp.motion is not None for lamp in lamps)
     moves = moves or (triangles is not None and triangles.movement is not None)

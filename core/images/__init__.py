@@ -5,12 +5,14 @@ or 16 bytes brings a texel.  Colours are associated (multiplied with alpha).  An
 encoded, and is decoded after texels have been mixed, as in Cycles: that shows at magnified edges.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+ROWS = 16  # of a picture that are looked at together
 
 ALPHA_MODES = ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")  # Blender's
 
@@ -83,7 +85,7 @@ class Image:
         return self.texels.nbytes
 
 
-_PACKED: dict[int, np.dtype[Any]] = {
+PACKED: dict[int, np.dtype[Any]] = {
     1: np.dtype(np.uint32),
     2: np.dtype(np.uint64),
     4: np.dtype(np.complex128),
@@ -91,20 +93,22 @@ _PACKED: dict[int, np.dtype[Any]] = {
 
 
 def make_image(pixels: NDArray[Any], is_srgb: bool = False, can_unassociate: bool = True) -> Image:
-    """Return the image of pixels (H, W, 4), uint8, uint16, float16 or float32."""
-    height, width, _ = pixels.shape
-    one = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
-    if _is_grey(pixels, one):
+    """Return the image of pixels (H, W, 4) or grey ones (H, W, 1).
+
+    uint8, uint16, float16 or float32; they are not copied if their rows follow each other.
+    """
+    height, width, channels = pixels.shape
+    if channels == 1 or is_grey(pixels):
         grey = np.ascontiguousarray(pixels[:, :, 0]).reshape(-1)
         return Image(grey, width, height, pixels.dtype, is_srgb, is_grey=True)
     pixels = np.ascontiguousarray(pixels)
     return Image(
-        texels=pixels.reshape(-1, 4).view(_PACKED[pixels.dtype.itemsize]).reshape(-1),
+        texels=pixels.reshape(-1, 4).view(PACKED[pixels.dtype.itemsize]).reshape(-1),
         width=width,
         height=height,
         dtype=pixels.dtype,
         is_srgb=is_srgb,
-        has_alpha=bool((pixels[:, :, 3] != one).any()),
+        has_alpha=not is_opaque(pixels),
         can_unassociate=can_unassociate,
     )
 
@@ -126,14 +130,25 @@ def halvings(width: int, height: int, side: int, resolution: float = 1.0) -> int
     return factor
 
 
-def _is_grey(pixels: NDArray[Any], one: int) -> bool:
+def is_opaque(pixels: NDArray[Any]) -> bool:
+    """Tell whether the alpha of pixels (H, W, 4) is 1 everywhere."""
+    one = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+    return all(bool((part[:, :, 3] == one).all()) for part in _parts(pixels))
+
+
+def is_grey(pixels: NDArray[Any]) -> bool:
     """Tell whether pixels (H, W, 4) are opaque and have no colour; most that have show it soon."""
-    for step in (64, 1):
-        part = pixels[::step]
-        for channel, value in ((3, one), (1, part[:, :, 0]), (2, part[:, :, 0])):
-            if (part[:, :, channel] != value).any():
-                return False
-    return True
+    return all(
+        bool((part[:, :, 1] == part[:, :, 0]).all() and (part[:, :, 2] == part[:, :, 0]).all())
+        for part in _parts(pixels)
+    ) and is_opaque(pixels)
+
+
+def _parts(pixels: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Yield some rows, from all over the picture, then all, as many at a time as stay in caches."""
+    yield pixels[::64]
+    for top in range(0, len(pixels), ROWS):
+        yield pixels[top : top + ROWS]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..arrays import F32
 from ..scene import Note
-from . import ALPHA_MODES, MAGENTA, Image, ImageSource, Tiles, halvings, make_image
+from . import ALPHA_MODES, MAGENTA, Image, ImageSource, Tiles, halvings, is_opaque, make_image
 from .lookup import decode_srgb
 
 REC709 = "Linear Rec.709"
@@ -78,15 +78,22 @@ def _make(source: ImageSource, notes: list[Note], side: int) -> Image:
     is_linear = source.is_data or (source.pixels is not None and pixels.dtype == F32)
     way = "LINEAR" if is_linear else _way(source, notes)
 
-    # Convert what needs it as floats, so that no precision is lost on the way
+    # One channel, or four that stay as they are: nothing to do
+    has_none = source.alpha_mode == "NONE"
     straight = has_alpha and source.alpha_mode == "STRAIGHT" and pixels.shape[2] == 4
+    if way != "CONVERT" and pixels.dtype.kind == "u":
+        is_plain = pixels.shape[2] == 4 and (not (straight or has_none) or is_opaque(pixels))
+        if is_plain or pixels.shape[2] == 1:
+            return make_image(pixels, way == "SRGB", has_alpha)
+
+    # Convert what needs it as floats, so that no precision is lost on the way
     is_float = pixels.dtype == F32
     pixels = _four_channels(pixels)
     if way == "CONVERT" and pixels.dtype.kind == "u":
         pixels = pixels * F32(1 / _one(pixels.dtype))
     if straight:
         _associate(pixels)
-    if source.alpha_mode == "NONE":
+    if has_none:
         pixels[:, :, 3] = _one(pixels.dtype)
     if way == "CONVERT":
         pixels = _convert(pixels, source, has_alpha)
@@ -154,7 +161,8 @@ def _four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
     """Return a copy (H, W, 4) of pixels (H, W, C): grey, grey and alpha, colour, or the first 4."""
     height, width, channels = pixels.shape
     full = np.empty((height, width, 4), pixels.dtype)
-    full[:, :, :3] = pixels[:, :, :1] if channels < 3 else pixels[:, :, :3]
+    for channel in range(3):
+        full[:, :, channel] = pixels[:, :, 0 if channels < 3 else channel]
     if channels in (1, 3):
         full[:, :, 3] = _one(pixels.dtype)
     else:
@@ -170,7 +178,7 @@ def _associate(pixels: NDArray[Any]) -> None:
     """Multiply colours of pixels (H, W, 4) with alpha, in their own numbers."""
     one = _one(pixels.dtype)
     colour, alpha = pixels[:, :, :3], pixels[:, :, 3:]
-    if (alpha == one).all():
+    if is_opaque(pixels):
         return
     if pixels.dtype.kind == "u":
         colour[:] = colour.astype(np.uint32) * alpha.astype(np.uint32) // np.uint32(one)

@@ -7,6 +7,7 @@ from .graph import Library, images_below, output_of
 from .lamps import LampShaders, fold_lamps
 from .nodes.traced import SHARP
 from .rules import Rules
+from .sheets import keep_used, on_sheets
 from .surface import Surface
 from .surfaces import compile_surface
 from .tracing import EVERYWHERE, OWN, Probe, compile_tracer
@@ -36,5 +37,7 @@ __all__ = [
     "displace",
     "fold_lamps",
     "images_below",
+    "keep_used",
+    "on_sheets",
     "output_of",
 ]

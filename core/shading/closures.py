@@ -26,6 +26,8 @@ from .telling import tells_kinds
 from .tracing import looks
 from .values import Array, Value, walk
 
+MOST_LIVE = 0.75  # where closures have weight at more of their points, none is left out
+
 
 def columns(array: Any, index: Index) -> Any:
     """Return columns `index` of an array (..., N) or of one (..., 1) that stands for all."""
@@ -119,6 +121,25 @@ class LobeAt:
             self.number,
             self.softening,
         )
+
+    @cached_property
+    def live(self) -> Index | None:
+        """The points (m,) at which the closure has any weight, None: so do most of them."""
+        weight = self.weight
+        if weight.shape[1] == 1 or weight[0].min(initial=1) > 0:
+            return None
+        index = np.flatnonzero((weight != 0).any(axis=0))
+        return index if index.size < MOST_LIVE * weight.shape[1] else None
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the closure has any weight at all."""
+        return self.live is None or self.live.size > 0
+
+    @cached_property
+    def there(self) -> "LobeAt":
+        """The closure at its `live` points."""
+        return self if self.live is None else self.take(self.live)
 
     def density(self, direction: Vec) -> Scalar:
         """Return the density (n,) [1/sr] with which the closure sends rays (3, n) of the world."""

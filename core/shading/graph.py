@@ -4,7 +4,7 @@ Each kind of node is a function of `nodes.NODES` that makes values out of the no
 is not there yet is written down by name and replaced by the socket's own value: never silently.
 """
 
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -12,6 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..images import Image, ImageSource, Tiles
+from ..images.sheet import Sheet
 from ..images.store import Store
 from ..scene import Colour, Link, Material, Node, Note, Socket
 from .sky.disc import Disc
@@ -25,19 +26,41 @@ class Library:
     """What is made once for all shaders of a scene: images, skies, by their source.
 
     It is forgotten when nobody holds the source any more.  side: what both sides of images are
-    limited to, 0 is no limit; spare: what their levels may take [bytes], None: there are none.
+    limited to, 0 is no limit; spare: what their levels may take [bytes], None: there are none;
+    room: what sheets may take [bytes].
     """
 
-    def __init__(self, side: int = 0, spare: float | None = None) -> None:
+    def __init__(self, side: int = 0, spare: float | None = None, room: float = 0.0) -> None:
         self._known: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
         self.store = Store(side, spare)
+        self.sheets: dict[Hashable, Sheet] = {}
+        self.room = room
 
-    def renew(self, spare: float | None = None) -> None:
+    def renew(self, spare: float | None = None, room: float = 0.0) -> None:
         """Read files anew from now on, but for sources that are known: a file may have changed.
 
-        spare: what levels of images may take that are new [bytes].
+        spare: what levels of images may take that are new [bytes]; room: what sheets may take.
         """
         self.store = Store(self.store.side, spare)
+        self.room = room
+
+    @property
+    def memory(self) -> int:
+        """What the texels of all images take, with their levels and sheets [bytes]."""
+        return self.store.memory + sum(sheet.memory for sheet in self.sheets.values())
+
+    def sheet(self, key: Hashable, make: Callable[[], Sheet]) -> Sheet | None:
+        """Return a sheet, made if it is not known; None if it has no room."""
+        if key not in self.sheets:
+            made = make()
+            if sum(each.memory for each in (made, *self.sheets.values())) > self.room:
+                return None
+            self.sheets[key] = made
+        return self.sheets[key]
+
+    def keep_sheets(self, used: Collection[Sheet]) -> None:
+        """Forget the sheets that are not among the used ones."""
+        self.sheets = {key: sheet for key, sheet in self.sheets.items() if sheet in used}
 
     def image(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
         """Return the image of a source; `notes` of it are added each time."""

@@ -4,7 +4,8 @@ A surface is a sum of lobes, each a closure type of `bsdf` with a colour weight 
 plus emitted radiance, transparency and holdout.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -168,6 +169,33 @@ class Surface:
             return
         key = id(link.node)
         self.weights[key] = self.weights[key] + weight if key in self.weights else weight
+
+    def swapped(self, swap: Callable[[Value], Value]) -> "Surface":
+        """Return the surface with other values in the place of its `outputs`."""
+
+        def each(part: Value | None) -> Value | None:
+            return None if part is None else swap(part)
+
+        lobes = [
+            replace(
+                lobe,
+                weight=swap(lobe.weight),
+                parameters=tuple(map(swap, lobe.parameters)),
+                importance=swap(lobe.importance),
+                normal=each(lobe.normal),
+                tangent=each(lobe.tangent),
+            )
+            for lobe in self.lobes
+        ]
+        return replace(
+            self,
+            lobes=lobes,
+            emission=each(self.emission),
+            transparency=each(self.transparency),
+            holdout=each(self.holdout),
+            bent=each(self.bent),
+            facts={name: swap(self.fact(name)) for name in self.rules.shown},
+        )
 
     def outputs(self) -> tuple[Value | None, ...]:
         """Return all values that make the surface, in a fixed order."""

@@ -15,6 +15,7 @@ from .nodes import NODES
 from .normals import bump, bump_undisplaced
 from .rules import Rules
 from .shaders import SHADER_INPUTS, SHADERS
+from .sharing import shared
 from .surface import Lobe, Surface
 from .values import FLOAT, Value, average, clamp, constant, step
 
@@ -48,7 +49,7 @@ def compile_surface(
         surface.show("albedo", clamp(surface.emission))
     if material is not None:
         _write_aovs(surface, material)
-    return filtered(surface) if surface.graph.library.store.has_levels else surface
+    return shared(filtered(surface) if surface.graph.library.store.has_levels else surface)
 
 
 def _write_aovs(surface: Surface, material: Material) -> None:

@@ -245,12 +245,24 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
     total = np.zeros((3, to.points.size), F32)
     for shaded in to.shaded:
         light: Vec | None = None
-        for lobe in shaded.lobes:
-            value = _of_closure(to, lobe, shaded.index, sample)
-            if value is not None:
-                if plan.shifts_terminators:
-                    value = _shifted(plan, to, value, lobe, shaded.index, sample)
-                value = lobe.weight * value
+        for each in shaded.lobes:
+            if not each.is_alive:
+                continue
+            live, lobe, index = each.live, each.there, shaded.index
+            if live is not None:
+                index = live if index is None else index.take(live)
+            value = _of_closure(to, lobe, index, sample)
+            if value is None:
+                continue
+            if plan.shifts_terminators:
+                value = _shifted(plan, to, value, lobe, index, sample)
+            value = lobe.weight * value
+            if live is not None:
+                if light is None:
+                    light = np.zeros((3, shaded.size), F32)
+                for channel, values in zip(light, value, strict=True):
+                    channel[live] += values
+            else:
                 light = value if light is None else np.add(light, value, out=light)
         if light is None:
             continue

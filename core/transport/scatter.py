@@ -146,7 +146,7 @@ def _all_branches(
     for each in shaded:
         chosen: Iterator[tuple[Index | None, LobeAt]]
         if is_split or len(each.lobes) == 1:
-            chosen = ((None, lobe) for lobe in each.lobes)
+            chosen = ((lobe.live, lobe.there) for lobe in each.lobes if lobe.is_alive)
         else:
             assert pick is not None
             chosen = choose(each, pick if each.index is None else pick.take(each.index))

@@ -246,7 +246,7 @@ def test_colours_darken_and_no_light_is_made():
 def test_many_bounces_are_a_geometric_series():
     e, average, fss = 0.8, 0.7, 0.6
     bounces = sum(fss * average * (fss * (1 - average)) ** n for n in range(60))
-    factor, _ = albedo._energy(f32(e), f32(average), colour(fss, fss, fss))
+    factor, _ = albedo.kept_energy(f32(e), f32(average), colour(fss, fss, fss))
     np.testing.assert_allclose(factor, 1 + bounces * (1 / e - 1), rtol=1e-5)
 
 

@@ -243,9 +243,11 @@ def normal_reflectance(ior: Value) -> Value:
 
 def kept_energy(rough: Roughness, fss: Value | None) -> Energy:
     """Return what multiple scattering adds to GGX reflection; fss None: nothing is absorbed."""
-    args = (rough.mean, rough.axis.cosine) if fss is None else (rough.mean, rough.axis.cosine, fss)
+    e = step(albedo.ggx_albedo, rough.mean, rough.axis.cosine)
+    average = step(albedo.ggx_average_albedo, rough.mean)
+    args = (e, average) if fss is None else (e, average, fss)
     kind = FLOAT if fss is None else fss.kind
-    return Energy(*several(albedo.ggx_energy, *args, kinds=(kind, kind)))
+    return Energy(*several(albedo.kept_energy, *args, kinds=(kind, kind)))
 
 
 def kept_glass_energy(rough: Roughness, ior: Value, fss: Value) -> Energy:
