@@ -78,20 +78,28 @@ def lookup(name: str, *coordinates: Scalar, side: NDArray[np.intp] | None = None
     if side is not None:
         index += side * stride
 
-    def corner(at: NDArray[np.intp], axes: list[tuple[int, Scalar]]) -> Scalar:
-        if not axes:
-            value = steps.take(at)
-            value *= fraction
-            value += values.take(at)
-            return value
-        (stride, along), rest = axes[-1], axes[:-1]
-        low, high = corner(at, rest), corner(at + stride, rest)
-        high -= low
-        high *= along
-        high += low
-        return high
+    return _between((values, steps, fraction), index, others)
 
-    return corner(index, others)
+
+def _between(
+    row: tuple[Scalar, Scalar, Scalar], at: NDArray[np.intp], axes: list[tuple[int, Scalar]]
+) -> Scalar:
+    """Interpolate from cells `at` along axes (stride, fraction).
+
+    row: the table, its steps along its last axis, and how far along those.
+    """
+    if not axes:
+        values, steps, fraction = row
+        value = steps.take(at)
+        value *= fraction
+        value += values.take(at)
+        return value
+    (stride, along), rest = axes[-1], axes[:-1]
+    low, high = _between(row, at, rest), _between(row, at + stride, rest)
+    high -= low
+    high *= along
+    high += low
+    return high
 
 
 def _z(eta: Scalar) -> Scalar:

@@ -136,10 +136,15 @@ class LobeAt:
         """Whether the closure has any weight at all."""
         return self.live is None or self.live.size > 0
 
-    @cached_property
+    @property
     def there(self) -> "LobeAt":
         """The closure at its `live` points."""
-        return self if self.live is None else self.take(self.live)
+        return self if self.live is None else self._alive
+
+    @cached_property
+    def _alive(self) -> "LobeAt":
+        assert self.live is not None
+        return self.take(self.live)
 
     def density(self, direction: Vec) -> Scalar:
         """Return the density (n,) [1/sr] with which the closure sends rays (3, n) of the world."""

@@ -112,15 +112,19 @@ def drive(found):
     scene.penumbra.samples, scene.penumbra.use_adaptive_sampling = 1 << 20, False
     scene.penumbra.preview_samples = 0
     scene.render.resolution_percentage = 25
+    ticks = []
+    w.engine.progress_listener = ticks.append
     yield from w.press(w.F12)
     yield lambda: bpy.app.is_job_running("RENDER")
-    yield 2.0
+    yield lambda: ticks and ticks[-1].sample >= 1
+    yield 0.5
     found["rendering"] = bpy.app.is_job_running("RENDER")
     found["viewport waits"] = w.viewport.sessions[0].renderer.is_paused
     start = time.monotonic()
     yield from w.press(w.ESCAPE)
     yield lambda: not bpy.app.is_job_running("RENDER")
     found["escape seconds"] = time.monotonic() - start
+    w.engine.progress_listener = None
     result = bpy.data.images["Render Result"]
     result.save_render(os.environ["PENUMBRA_FOUND"] + ".result.png")
     kept = bpy.data.images.load(os.environ["PENUMBRA_FOUND"] + ".result.png")

@@ -28,7 +28,7 @@ def of_ours(name):
 
 
 viewport, report = of_ours("addon.viewport"), of_ours("addon.report")
-pages = of_ours("core.pages")
+pages, engine = of_ours("core.pages"), of_ours("addon.engine")
 
 
 class Stuck(Exception):
