@@ -1,4 +1,4 @@
-"""batches -> nothing that is left.  Arrays that wait for the collector make others take new pages."""
+"""batches -> nothing that is left.  Arrays that wait for the collector cost others new pages."""
 
 import gc
 import sys
