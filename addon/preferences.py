@@ -11,6 +11,8 @@ from ..core.settings import Settings, replace
 from .switch import switch
 
 PACKAGE = __package__.rpartition(".")[0]
+LIMITS = ("instance_memory", "texture_memory")  # of settings, by their names
+LEAST = 0.01  # gigabytes
 
 
 class PenumbraPreferences(bpy.types.AddonPreferences):
@@ -33,7 +35,15 @@ class PenumbraPreferences(bpy.types.AddonPreferences):
         max=4096.0,
         precision=3,
     )
-    shown: ClassVar = ("threads", "instance_memory")
+    texture_memory: bpy.props.FloatProperty(
+        name="Texture Memory",
+        description="Gigabytes that no scene's Texture Memory counts for more than; no limit if 0",
+        default=0.0,
+        min=0.0,
+        max=4096.0,
+        precision=3,
+    )
+    shown: ClassVar = ("threads", *LIMITS)
 
     def draw(self, _context: bpy.types.Context) -> None:
         """Show them all."""
@@ -50,11 +60,13 @@ def read_preferences() -> bpy.types.AddonPreferences | None:
 
 
 def limit_memory(settings: Settings) -> Settings:
-    """Return settings that keep the user's limit of memory."""
+    """Return settings that keep the user's limits of memory."""
     wished = read_preferences()
-    if wished is None or not 0.0 < wished.instance_memory < settings.instance_memory:
+    if wished is None:
         return settings
-    return replace(settings, instance_memory=max(wished.instance_memory, 0.01))
+    limits = {name: max(getattr(wished, name), LEAST) for name in LIMITS if getattr(wished, name)}
+    lower = {name: min(limit, getattr(settings, name)) for name, limit in limits.items()}
+    return replace(settings, **lower)
 
 
 def thread_count(render: bpy.types.RenderSettings) -> int:

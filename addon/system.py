@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import __version__, core
 from ..core.scene import Camera, Instance, Material, Mesh, Node, Scene
-from .preferences import read_preferences
+from .preferences import LIMITS, read_preferences
 
 # Of the features that numpy finds, those that tell how fast it and Embree will be
 _FEATURES = ("SSE42", "AVX", "AVX2", "FMA3", "AVX512F", "AVX512_SKX", "NEON", "ASIMD")
@@ -33,8 +33,9 @@ def check() -> list[tuple[str, str]]:
     ]
     wished = read_preferences()
     if wished is not None:
-        limit = f"{wished.instance_memory:g} GB" if wished.instance_memory else "no limit"
-        rows.append(("Preferences", f"threads {wished.threads or 'all'}, instance memory {limit}"))
+        limits = ((name.replace("_", " "), getattr(wished, name)) for name in LIMITS)
+        said = [f"{name} {f'{limit:g} GB' if limit else 'no limit'}" for name, limit in limits]
+        rows.append(("Preferences", ", ".join([f"threads {wished.threads or 'all'}", *said])))
     rows.append(("Test render", _test()))
     return rows
 

@@ -1,4 +1,4 @@
-"""What Blender itself draws upon a picture: the lines of Freestyle, Grease Pencil."""
+"""What Blender itself does with a picture: Freestyle, Grease Pencil, strips of the sequencer."""
 
 import pytest
 
@@ -53,3 +53,36 @@ def test_lines_and_grease_pencil_are_drawn_upon_our_pictures_as_with_cycles(blen
     assert drawn["pencil"] > 2e-3
     for name in drawn:
         assert off[name] < 0.15 * drawn[name], (name, off, drawn)
+
+
+def cut(folder):
+    """Render a scene, and as a strip of another scene's sequence; return both pictures."""
+    import bpy
+    from inside import pixels
+
+    import penumbra
+
+    bpy.ops.wm.read_factory_settings()
+    penumbra.register()
+    shot = bpy.context.scene
+    cutting = bpy.data.scenes.new("Cut")
+    editor = cutting.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+    strips.new_scene("Shot", shot, channel=1, frame_start=1)
+    found = []
+    for scene in (shot, cutting):
+        render = scene.render
+        render.engine, scene.penumbra.samples = "PENUMBRA", 4
+        scene.penumbra.use_denoising = False
+        render.resolution_x = render.resolution_y = 48
+        scene.view_settings.view_transform = "Standard"
+        render.filepath = f"{folder}/{scene.name}.png"
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+        found.append(pixels(render.filepath)[..., :3])
+    return found
+
+
+def test_a_scene_in_the_sequencer_is_rendered_as_it_is_alone(blender, tmp_path):
+    alone, cut_in = blender(cut, str(tmp_path))
+    assert alone.std() > 0.02
+    assert abs(alone - cut_in).max() <= 2 / 255

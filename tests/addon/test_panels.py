@@ -202,16 +202,17 @@ def keep_limits():
     from penumbra.core.settings import Settings
 
     penumbra.register()
-    settings, render = Settings(instance_memory=4.0), bpy.context.scene.render
+    settings = Settings(instance_memory=4.0, texture_memory=1.0)
+    render = bpy.context.scene.render
     render.threads_mode = "AUTO"
 
     def limits():
-        memory = preferences.limit_memory(settings).instance_memory
-        return memory, preferences.thread_count(render)
+        kept = preferences.limit_memory(settings)
+        return kept.instance_memory, kept.texture_memory, preferences.thread_count(render)
 
     found = [preferences.read_preferences() is None, limits()]
-    for memory, threads in ((0.0, 0), (2.0, 3), (8.0, 3)):
-        wished = SimpleNamespace(instance_memory=memory, threads=threads)
+    for memory, texture, threads in ((0.0, 0.0, 0), (2.0, 0.001, 3), (8.0, 0.5, 3)):
+        wished = SimpleNamespace(instance_memory=memory, texture_memory=texture, threads=threads)
         preferences.read_preferences = lambda wished=wished: wished
         found.append(limits())
     render.threads_mode, render.threads = "FIXED", 7
@@ -220,7 +221,8 @@ def keep_limits():
 
 def test_preferences_limit_memory_and_the_threads_that_a_scene_leaves_open(blender):
     found = blender(keep_limits)
-    assert found == [True, (4.0, 0), (4.0, 0), (2.0, 3), (4.0, 3), (4.0, 7)]
+    none, few, many = (4.0, 1.0, 0), (2.0, 0.01, 3), (4.0, 0.5, 3)
+    assert found == [True, none, none, few, many, (4.0, 0.5, 7)]
 
 
 def check_system():
