@@ -78,6 +78,8 @@ PURPOSES = {
         "pluggy==1.7.0",
         "pygments==2.21.0",
         "colorama==0.4.6",
+        "hypothesis==6.170.15",
+        "sortedcontainers==2.4.0",
     ),
     "parity": ("flip-evaluator==1.7",),
     "mitsuba": ("mitsuba==3.9.1", "drjit==1.5.0"),
