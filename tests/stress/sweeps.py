@@ -4,12 +4,12 @@ A sweep gives scenes for the values of one parameter, and what is known of them:
 least and the largest mean of the picture, (1, 1) where theory gives the number.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from penumbra.core import Scene
+from penumbra.core import Aperture, Scene
 
 from ..support import scenes as s
 from .scenes import SIZE, ball, floor, frosted, overview, principled, rough
@@ -35,6 +35,11 @@ def _scene(*things, view=None, **more) -> Scene:
 def _furnace(material, **more):
     """Nothing but a ball in a white world."""
     return _scene(ball(material, **more), s.world(1.0))
+
+
+def _furnace_through(aperture):
+    """The same, seen through a lens."""
+    return _scene(ball(s.diffuse()), s.world(1.0), view=replace(overview(), aperture=aperture))
 
 
 def _in_a_room(*things, view=None):
@@ -166,6 +171,25 @@ SWEEPS = {
             ),
         ),
         lambda mm: (0.3, 1.001),
+    ),
+    "f-stop of a lens of 50 mm": Sweep(
+        (0.01, 0.5, 8.0, 1000.0),
+        lambda stop: _furnace_through(Aperture(radius=0.025 / stop, focus=3.0)),
+        lambda stop: ONE,
+    ),
+    "focus distance of a fast lens": Sweep(
+        (1e-6, 1e-2, 1.0, 1e6, 1e12),
+        lambda distance: _furnace_through(Aperture(radius=0.05, focus=distance)),
+        lambda distance: ONE,
+    ),
+    "shift of a camera": Sweep(
+        (-1e3, -1.0, 1e-6, 10.0, 1e3),
+        lambda shift: _scene(
+            ball(s.diffuse()),
+            s.world(1.0),
+            view=replace(overview(), window=tuple(np.add(overview().window, shift))),
+        ),
+        lambda shift: ONE,
     ),
     # Numbers
     "brightness of everything": Sweep(
