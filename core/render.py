@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import F32, Index, Scalar, take
+from .arrays import F32, Index, Scalar, check, take
 from .batches import Batch, Block, Pause, Schedule, Sums
 from .film.cryptomatte import Keys, Parts, summed
 from .film.denoise import DenoiseError, Denoising, denoise
@@ -269,6 +269,7 @@ def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
             if plan.camera_motion is not None:
                 camera = plan.camera_motion.at(time)
         origin, direction, far, slot = camera.through(px, py, *lens)
+        check("camera", origin=origin, direction=direction)
         rays = Rays(origin, direction, far)
         paths = Paths(rays.size, slot=slot, time=time if slot is None else take(time, slot))
         tally.rays_camera += rays.size

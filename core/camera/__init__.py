@@ -84,7 +84,9 @@ class CompiledCamera:
         x, y (N,) are the lower left corners of pixels; u, v in [0, 1) place the sample, lens_u and
         lens_v in [0, 1) its ray in the aperture, if there is one.
         """
-        return self.through(x + self.placed(u), y + self.placed(v), lens_u, lens_v)
+        found = self.through(x + self.placed(u), y + self.placed(v), lens_u, lens_v)
+        check("camera", origin=found.origin, direction=found.direction)
+        return found
 
     def placed(self, u: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return how far from the corner of its pixel [pixels] u in [0, 1) places a sample."""
@@ -95,13 +97,6 @@ class CompiledCamera:
         self, px: Scalar, py: Scalar, lens_u: Scalar | None = None, lens_v: Scalar | None = None
     ) -> CameraRays:
         """Return the rays through raster positions px, py (N,), which may be overwritten."""
-        found = self._through_raster(px, py, lens_u, lens_v)
-        check("camera", origin=found.origin, direction=found.direction)
-        return found
-
-    def _through_raster(
-        self, px: Scalar, py: Scalar, lens_u: Scalar | None, lens_v: Scalar | None
-    ) -> CameraRays:
         if self.panorama is not None:
             return self._around(px, py, lens_u, lens_v)
         point = None
