@@ -25,6 +25,7 @@ from .statistics import Tally
 CHUNK = 16  # samples that share tables of random numbers; if few pixels are left, up to
 LARGEST_CHUNK = 256  # of them
 SHARE = 4  # of these at least in a batch, so that no thread is left alone for long at the end
+MANY, LONG = 8, 1 << 19  # blocks of a large picture; its batches may be of so many pixel samples
 EARLY = (1, 4, 8)  # samples at which the first chunks end: there is soon something to see
 
 
@@ -160,6 +161,8 @@ class Schedule:
         while chunk < most:
             chunk *= 2
         share = min(max(wave, SHARE), chunk)
+        if len(blocks) >= MANY:  # to hand a batch over takes a worker a millisecond or two
+            share = min(max(share, LONG // blocks[0].key.size), chunk)
         stops = [stop for stop in EARLY if first < stop < end] if len(blocks) > 1 else []
         while first < end:
             # Chunks end at multiples of their own size: whole blocks of the sequence.
