@@ -9,7 +9,6 @@ another texture beside it, normals, roughness or heights from an image, or colou
 and those at places that do not grow evenly with a UV map.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -23,7 +22,7 @@ from . import inputs, normals
 from .attributes import attribute, footprint
 from .nodes.image import mixed, mixed_grey, taps_at
 from .surface import Surface
-from .values import FLOAT, SEVERAL, Array, Value, constant, read, walk
+from .values import FLOAT, SEVERAL, Array, Value, constant, read, rewritten, walk
 
 # What shaders read of the hit themselves does not change from texel to texel, but for these
 _EVEN = frozenset(module.__name__ for module in (inputs, normals))
@@ -46,7 +45,7 @@ def filtered(surface: Surface) -> Surface:
     new = _at_levels(surface, lookup)
     if new is None or not _is_linear(surface, lookup):
         return surface
-    swap = _swapping(outputs, lookup, new)
+    swap = rewritten(outputs, lambda item, made: new if item is lookup else made)
     lobes = [
         replace(lobe, weight=swap(lobe.weight), importance=swap(lobe.importance))
         for lobe in surface.lobes
@@ -126,7 +125,7 @@ def _is_linear(surface: Surface, lookup: Value) -> bool:
     """
     outputs = _light_of(surface)
     stand_in = Value(lookup.kind, None, lookup.function)
-    swap = _swapping(outputs, lookup, stand_in)
+    swap = rewritten(outputs, lambda item, made: stand_in if item is lookup else made)
     order = walk(map(swap, outputs))
     depends = {id(stand_in)}
     for item in order:
@@ -188,19 +187,3 @@ def _evaluated(order: list[Value], known: dict[int, Any]) -> dict[int, Any]:
                 args = (known[id(arg)] for arg in item.args)
                 known[id(item)] = item.function(*args, *item.static)
     return known
-
-
-def _swapping(outputs: list[Value], old: Value, new: Value) -> Callable[[Value], Value]:
-    """Return a function from outputs to the same with another value in the place of one."""
-    copies: dict[int, Value] = {id(old): new}
-    for item in walk(outputs):
-        args = tuple(copies[id(arg)] for arg in item.args)
-        if item is old:
-            continue
-        is_same = all(a is b for a, b in zip(args, item.args, strict=True))
-        copies[id(item)] = (
-            item
-            if is_same
-            else Value(item.kind, None, item.function, args, item.static, reads=item.reads)
-        )
-    return lambda value: copies[id(value)]

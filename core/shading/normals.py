@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import F32, Vec, cross, dot, normalize
 from ..geometry.silhouette import bent_normals
 from .context import Context
-from .values import FLOAT, VECTOR, Array, Value, read, walk
+from .values import FLOAT, VECTOR, Array, Value, read, rewritten
 
 
 def unit_normal(context: Context, normal: Array) -> Vec:
@@ -140,19 +140,14 @@ def undisplaced_of(output: Value, at_rest: bool = True) -> Value:
 
 def _looked_at(output: Value, elsewhere: Callable[..., Any], where: tuple[Any, ...]) -> Value:
     """Return a value whose steps read the context through a function, `elsewhere`."""
-    copies: dict[int, Value] = {}
-    for item in walk([output]):
-        args = tuple(copies[id(arg)] for arg in item.args)
-        if item.reads and item.function is not elsewhere:
-            static = *where, item.function, item.static
-            copies[id(item)] = Value(item.kind, None, elsewhere, args, static, reads=True)
-        elif any(a is not b for a, b in zip(args, item.args, strict=True)):
-            copies[id(item)] = Value(
-                item.kind, None, item.function, args, item.static, reads=item.reads
-            )
-        else:
-            copies[id(item)] = item
-    return copies[id(output)]
+
+    def change(item: Value, made: Value) -> Value:
+        if not item.reads or item.function is elsewhere:
+            return made
+        static = *where, item.function, item.static
+        return Value(item.kind, None, elsewhere, made.args, static, reads=True)
+
+    return rewritten([output], change)(output)
 
 
 def beside(context: Context, *args: Any) -> Any:

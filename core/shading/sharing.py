@@ -3,7 +3,7 @@
 from collections.abc import Hashable
 
 from .surface import Surface
-from .values import Value, walk
+from .values import Value, rewritten
 
 
 def shared(surface: Surface) -> Surface:
@@ -13,16 +13,12 @@ def shared(surface: Surface) -> Surface:
     would not share a program any more.
     """
     alike: dict[Hashable, Value] = {}
-    copies: dict[int, Value] = {}
-    for item in walk(part for part in surface.outputs() if part is not None):
+
+    def first(item: Value, made: Value) -> Value:
         if item.constant is not None:
-            copies[id(item)] = item
-            continue
-        args = tuple(copies[id(arg)] for arg in item.args)
-        if any(a is not b for a, b in zip(args, item.args, strict=True)):
-            made = Value(item.kind, None, item.function, args, item.static, item.reads)
-        else:
-            made = item
-        key = item.kind, item.function, item.static, item.reads, tuple(map(id, args))
-        copies[id(item)] = alike.setdefault(key, made)
-    return surface.swapped(lambda value: copies[id(value)])
+            return item
+        key = made.kind, made.function, made.static, made.reads, tuple(map(id, made.args))
+        return alike.setdefault(key, made)
+
+    outputs = [part for part in surface.outputs() if part is not None]
+    return surface.swapped(rewritten(outputs, first))

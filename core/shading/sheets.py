@@ -5,7 +5,7 @@ a `Sheet`.  Which set a material has is a constant: so materials that differ in 
 share a program.  Pictures stay the same to the last bit.
 """
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,10 @@ from ..images.sheet import Sheet
 from .graph import Library
 from .nodes.image import mixed, mixed_grey, taps_at
 from .surface import Surface
-from .values import FLOAT, SEVERAL, Array, Value, constant, walk
+from .values import FLOAT, SEVERAL, Array, Value, constant, rewritten, walk
 
 Layout = tuple[Any, ...]  # size, number format, channels of each image
-Group = tuple[Value, list[Value]]  # texels, and the lookups of them
+Part = tuple[Sheet, int, int]  # of a lookup: the sheet, the set on it, its first channel
 
 
 def on_sheets(surfaces: Sequence[Surface], library: Library) -> list[Surface]:
@@ -27,7 +27,7 @@ def on_sheets(surfaces: Sequence[Surface], library: Library) -> list[Surface]:
     graphs = [_groups(surface) for surface in surfaces]
     layouts: dict[Layout, dict[Hashable, tuple[Image, ...]]] = {}
     for groups in graphs:
-        for _, lookups in groups:
+        for lookups in groups:
             images = _images(lookups)
             layouts.setdefault(_layout(lookups), {})[_key(images)] = images
     sheets = {layout: _sheet(layout, sets, library) for layout, sets in layouts.items()}
@@ -37,14 +37,17 @@ def on_sheets(surfaces: Sequence[Surface], library: Library) -> list[Surface]:
 
     made = []
     for surface, groups in zip(surfaces, graphs, strict=True):
-        new: dict[int, Value] = {}
-        for taps, lookups in groups:
+        joined: dict[int, Part] = {}
+        for lookups in groups:
             layout = _layout(lookups)
-            sheet = sheets[layout]
-            if sheet is not None:
-                number = places[layout][_key(_images(lookups))]
-                new |= _fetched(taps, lookups, sheet, number)
-        made.append(_replaced(surface, new) if new else surface)
+            sheet, first = sheets[layout], 0
+            if sheet is None:
+                continue
+            number = places[layout][_key(_images(lookups))]
+            for lookup in lookups:
+                joined[id(lookup)] = sheet, number, first
+                first += _channels(lookup)
+        made.append(_replaced(surface, joined) if joined else surface)
     return made
 
 
@@ -57,15 +60,15 @@ def keep_used(surfaces: Sequence[Surface], library: Library) -> None:
         sheet.pack()
 
 
-def _groups(surface: Surface) -> list[Group]:
+def _groups(surface: Surface) -> list[list[Value]]:
     """Return lookups of images that take the same texels."""
-    found: dict[tuple[int, Any], Group] = {}
+    found: dict[tuple[int, Any], list[Value]] = {}
     for item in walk(part for part in surface.outputs() if part is not None):
         if item.function not in (mixed, mixed_grey):
             continue
         taps, image = item.args[0], item.static[0]
         if taps.function is taps_at and taps.static[-1] != "CLIP":
-            found.setdefault((id(taps), image.dtype), (taps, []))[1].append(item)
+            found.setdefault((id(taps), image.dtype), []).append(item)
     return list(found.values())
 
 
@@ -98,20 +101,29 @@ def _sheet(
     return library.sheet((layout, *sets), lambda: Sheet(list(sets.values()), layout[3:]))
 
 
-def _fetched(taps: Value, lookups: list[Value], sheet: Sheet, number: int) -> dict[int, Value]:
-    """Return what stands for the lookups, by their ids."""
-    texels = Value(SEVERAL, None, _fetch, (taps, constant(float(number))), (sheet,))
-    new, first = {}, 0
-    for lookup in lookups:
-        image, count = lookup.static[0], _channels(lookup)
-        if lookup.function is mixed_grey:
-            new[id(lookup)] = Value(FLOAT, None, _grey, (texels,), (first, image.is_srgb))
-        else:
-            straight = lookup.static[1] and image.has_alpha and image.can_unassociate
-            static = first, count, image.is_srgb, straight
-            new[id(lookup)] = Value(SEVERAL, None, _colour, (texels,), static)
-        first += count
-    return new
+def _replaced(surface: Surface, joined: dict[int, Part]) -> Surface:
+    """Return a surface whose lookups take their parts, by id, of what is fetched together."""
+    fetched: dict[tuple[int, int], Value] = {}
+
+    def change(item: Value, made: Value) -> Value:
+        if id(item) not in joined:
+            return made
+        (sheet, number, first), (taps,) = joined[id(item)], made.args
+        texels = Value(SEVERAL, None, _fetch, (taps, constant(float(number))), (sheet,))
+        return _part_of(item, fetched.setdefault((id(taps), id(sheet)), texels), first)
+
+    outputs = [part for part in surface.outputs() if part is not None]
+    return surface.swapped(rewritten(outputs, change))
+
+
+def _part_of(lookup: Value, texels: Value, first: int) -> Value:
+    """Return what stands for a lookup, from channel `first` of the texels on."""
+    image = lookup.static[0]
+    if lookup.function is mixed_grey:
+        return Value(FLOAT, None, _grey, (texels,), (first, image.is_srgb))
+    straight = lookup.static[1] and image.has_alpha and image.can_unassociate
+    static = first, _channels(lookup), image.is_srgb, straight
+    return Value(SEVERAL, None, _colour, (texels,), static)
 
 
 def _fetch(taps: Any, number: Array, sheet: Sheet) -> Array:
@@ -133,28 +145,3 @@ def _colour(texels: Array, first: int, count: int, is_srgb: bool, is_straight: b
         decoded = decode_srgb(colour[:3])
         colour = decoded if count == 3 else np.concatenate([decoded, colour[3:]])
     return colour
-
-
-def _replaced(surface: Surface, new: dict[int, Value]) -> Surface:
-    """Return a surface with other values in the place of some."""
-    outputs = [part for part in surface.outputs() if part is not None]
-    return surface.swapped(_swapping(outputs, new))
-
-
-def _swapping(outputs: list[Value], new: dict[int, Value]) -> Callable[[Value], Value]:
-    """Return a function from outputs to the same with new values in the place of some, by id."""
-    copies: dict[int, Value] = {}
-
-    def copied(made: Value) -> Value:
-        args = tuple(copies[id(arg)] if id(arg) in copies else kept(arg) for arg in made.args)
-        if all(a is b for a, b in zip(args, made.args, strict=True)):
-            return made
-        return Value(made.kind, made.constant, made.function, args, made.static, made.reads)
-
-    def kept(made: Value) -> Value:
-        copies[id(made)] = copied(made)
-        return copies[id(made)]
-
-    for item in walk(outputs):
-        copies[id(item)] = copied(new.get(id(item), item))
-    return lambda value: copies[id(value)]

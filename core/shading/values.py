@@ -237,5 +237,23 @@ def walk(outputs: Iterable[Value]) -> list[Value]:
     return order
 
 
+def rewritten(
+    outputs: Iterable[Value], change: Callable[[Value, Value], Value]
+) -> Callable[[Value], Value]:
+    """Return a function from outputs to the same with other values in the place of some.
+
+    change(item, made) gives what stands for a value; `made` is the value of changed arguments, the
+    value itself if they are its own.
+    """
+    copies: dict[int, Value] = {}
+    for item in walk(outputs):
+        args = tuple(copies[id(arg)] for arg in item.args)
+        made = item
+        if any(a is not b for a, b in zip(args, item.args, strict=True)):
+            made = Value(item.kind, item.constant, item.function, args, item.static, item.reads)
+        copies[id(item)] = change(item, made)
+    return lambda output: copies[id(output)]
+
+
 def _wider(a: Value, b: Value) -> str:
     return b.kind if a.kind == FLOAT else a.kind
