@@ -6,7 +6,8 @@ on: they are decided by the sums of the film, at fixed counts and by nothing els
 picture does not depend on threads.  Blocks of a round hold the pixels that go on, and no others.
 """
 
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -73,6 +74,9 @@ class Sums:
             film.middles[:, pixels] = self.middles
         if self.parts is not None and film.parts is not None:
             film.parts.add(pixels, *self.parts)
+
+
+Work = Callable[[Plan, Batch, threading.Event], Sums]  # renders a batch, until it is to stop
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import F32
-from .batches import Batch, Block, Sums
+from .batches import Batch, Block, Sums, Work
 from .plan import Plan
 from .sampling.draws import Numbers, pixel_keys
 from .statistics import Tally
@@ -40,13 +40,11 @@ BRIGHTEST = F32(1.0)  # squared relative error of one pixel: more are fireflies
 # benchmark scenes.
 CAMERA_RAY, SHADOW_RAY, SCATTERED_RAY, VERTEX = 100.0, 100.0, 100.0, 130.0
 
-Sample = Callable[[Plan, Batch, threading.Event], Sums]
-
 
 def settled(
     plan: Plan,
     pool: Executor,
-    sample: Sample,
+    sample: Work,
     stop: threading.Event,
     wait_for: Callable[[Future[Sums]], None],
 ) -> Plan:

@@ -17,18 +17,15 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable
 from dataclasses import fields, replace
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any
 
-from .batches import Batch, Sums
+from .batches import Batch, Sums, Work
 from .plan import Plan
 from .sampling.draws import Numbers
 from .scene import Note
-
-Work = Callable[[Plan, Batch, threading.Event], Sums]
 
 # macOS has fork, but its libraries do not survive it; what a process does is read from /proc
 CAN_FORK = sys.platform == "linux" and Path("/proc/self/stat").exists()
@@ -220,7 +217,7 @@ def _serve(pipe: Connection, base: Plan, work: Work) -> None:
         if changes != last:
             plan, last = changed(base, changes), changes
 
-        # Chunks share their tables: what was sent comes without.
+        # Chunks share their tables, which are not sent.
         numbers = batch.numbers
         key = numbers.pattern, numbers.seed, numbers.first, numbers.count, numbers.total
         if key not in kept and len(kept) == KEPT:

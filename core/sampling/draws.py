@@ -7,8 +7,9 @@ Owen Scrambling": pairs are made independent by shuffling); the sample is the ro
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,11 @@ class Numbers:
     total: int
     sequences: int
     tables: dict[tuple[int, int, Warp | None], NDArray[np.float32]]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to another process without the tables, which are soon made there."""
+        *own, _ = (getattr(self, item.name) for item in fields(self))
+        return Numbers, (*own, {})
 
     def table(
         self, dimension: int, split: int = 1, warp: Warp | None = None

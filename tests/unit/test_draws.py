@@ -1,5 +1,7 @@
 """core.sampling.draws -> random pairs that are a pure function, uniform and independent."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -182,3 +184,11 @@ def test_pixels_have_keys_of_their_own_in_every_seed():
         assert chi2_probability(counts, np.full(64, 1024.0)) > SIGNIFICANCE
     far = pixel_keys(0, np.array([1, 1 + (1 << 32), 1 + (1 << 33)], np.int64))
     assert np.unique(far).size == 3
+
+
+def test_tables_of_numbers_stay_in_the_process_that_made_them():
+    numbers = Numbers("SOBOL", 3, 0, 4, 16, 32, {})
+    made = numbers.table(0)
+    there = pickle.loads(pickle.dumps(numbers))
+    assert there.tables == {}
+    np.testing.assert_array_equal(there.table(0), made)
