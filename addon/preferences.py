@@ -3,7 +3,7 @@
 Without an installed extension (the bpy module) there are no preferences, and no limits.
 """
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import bpy
 
@@ -13,6 +13,17 @@ from .switch import switch
 PACKAGE = __package__.rpartition(".")[0]
 LIMITS = ("instance_memory", "texture_memory")  # of settings, by their names
 LEAST = 0.01  # gigabytes
+
+
+def _limit(name: str) -> Any:
+    return bpy.props.FloatProperty(
+        name=name,
+        description=f"Gigabytes that no scene's {name} counts for more than; no limit if 0",
+        default=0.0,
+        min=0.0,
+        max=4096.0,
+        precision=3,
+    )
 
 
 class PenumbraPreferences(bpy.types.AddonPreferences):
@@ -27,22 +38,8 @@ class PenumbraPreferences(bpy.types.AddonPreferences):
         min=0,
         max=1024,
     )
-    instance_memory: bpy.props.FloatProperty(
-        name="Instance Memory",
-        description="Gigabytes that no scene's Instance Memory counts for more than; no limit if 0",
-        default=0.0,
-        min=0.0,
-        max=4096.0,
-        precision=3,
-    )
-    texture_memory: bpy.props.FloatProperty(
-        name="Texture Memory",
-        description="Gigabytes that no scene's Texture Memory counts for more than; no limit if 0",
-        default=0.0,
-        min=0.0,
-        max=4096.0,
-        precision=3,
-    )
+    instance_memory: _limit("Instance Memory")
+    texture_memory: _limit("Texture Memory")
     shown: ClassVar = ("threads", *LIMITS)
 
     def draw(self, _context: bpy.types.Context) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-ROWS = 16  # of a picture that are looked at together
+ROWS = 16  # of a picture that are looked at, or written, together
 
 ALPHA_MODES = ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")  # Blender's
 

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Scalar
-from . import PACKED, Image
+from . import PACKED, ROWS, Image
 from .lookup import Tap
 
 LARGEST_RECORD = 16  # bytes that one fetch brings
-ROWS = 16  # of a picture that are written at a time
 BLOCK = 1 << 13  # points whose texels stay in the caches
 
 
