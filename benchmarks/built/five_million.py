@@ -28,12 +28,17 @@ def _dunes():
     bent = x + 2.0 * np.sin(0.21 * y) + 0.7 * np.sin(0.53 * y + 1.0)
     z = 1.5 * np.abs(np.sin(0.22 * bent)) ** 1.5 + 0.5 * np.sin(0.13 * y + 0.4 * np.sin(0.3 * x))
     z += 0.03 * np.sin(7.0 * bent + 1.5 * np.sin(0.9 * y))
-    positions = np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(np.float32)
-    first = (np.arange(COUNT)[:, None] * (COUNT + 1) + np.arange(COUNT)).ravel()
-    a, b, c, d = first, first + 1, first + COUNT + 2, first + COUNT + 1
+    return sheet("Dunes", np.stack([x, y, z], axis=-1).astype(np.float32))
+
+
+def sheet(name, positions):
+    """Return the mesh of points (n + 1, n + 1, 3) of float32, two triangles to each square."""
+    count = len(positions) - 1
+    first = (np.arange(count)[:, None] * (count + 1) + np.arange(count)).ravel()
+    a, b, c, d = first, first + 1, first + count + 2, first + count + 1
     corners = np.stack([a, b, c, a, c, d], axis=1).ravel().astype(np.int32)
-    mesh = bpy.data.meshes.new("Dunes")
-    mesh.vertices.add(len(positions))
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(positions.size // 3)
     mesh.vertices.foreach_set("co", positions.ravel())
     mesh.loops.add(len(corners))
     mesh.loops.foreach_set("vertex_index", corners)

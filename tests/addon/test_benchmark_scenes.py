@@ -114,26 +114,35 @@ def test_both_engines_render_every_scene(blender, name):
     assert math.isclose(found["CYCLES"][2], found["PENUMBRA"][2], rel_tol=0.5)
 
 
-def plans_of_skips(blend):
-    """The plan and the scene of each state of what a scene can do without."""
+def told_of(blend, features, prepare):
+    """Yield each state of features of a file, and the scene and settings that the core is told."""
     import bpy
     from inside import exported
 
     import penumbra
+
+    penumbra.register()
+    for feature in features:
+        for state in feature.states():
+            bpy.ops.wm.open_mainfile(filepath=str(blend))
+            scene = bpy.context.scene
+            scene.render.engine = "PENUMBRA"
+            prepare(scene)
+            feature.apply(state, scene)
+            yield (feature.name, state), *exported()
+
+
+def plans_of_skips(blend):
+    """The plan and the scene of each state of what a scene can do without."""
     from penumbra import core
     from penumbra.benchmarks import skips
 
-    penumbra.register()
+    def prepare(scene):
+        scene.render.resolution_percentage = 10
+
     found = {}
-    for skip in skips.SKIPS:
-        for state in skip.states():
-            bpy.ops.wm.open_mainfile(filepath=str(blend))
-            scene = bpy.context.scene
-            scene.render.engine, scene.render.resolution_percentage = "PENUMBRA", 10
-            skip.apply(state, scene)
-            told, settings = exported()
-            plan = core.compile_plan(told, settings).describe()
-            found[skip.name, state] = plan, repr((told, settings))
+    for key, told, settings in told_of(blend, skips.SKIPS, prepare):
+        found[key] = core.compile_plan(told, settings).describe(), repr((told, settings))
     return {each.name: each.states() for each in skips.SKIPS}, found
 
 
@@ -156,28 +165,20 @@ def test_what_is_unused_is_not_in_the_plan_and_what_is_kept_differs(blender):
 
 def describe_states(blend):
     """What the core is told of each state of each feature of the cost table."""
-    import bpy
-    from inside import exported
-
-    import penumbra
     from penumbra.benchmarks import costs
 
-    penumbra.register()
+    def prepare(scene):
+        scene.render.use_motion_blur = False
+        scene.penumbra.use_denoising = scene.penumbra.use_adaptive_sampling = False
+        scene.penumbra.pixel_filter_type = "BOX"
+
     found = {}
-    for feature in costs.FEATURES:
-        for state in feature.states():
-            bpy.ops.wm.open_mainfile(filepath=str(blend))
-            scene = bpy.context.scene
-            scene.render.engine, scene.render.use_motion_blur = "PENUMBRA", False
-            scene.penumbra.use_denoising = scene.penumbra.use_adaptive_sampling = False
-            scene.penumbra.pixel_filter_type = "BOX"
-            feature.apply(state, scene)
-            told, settings = exported()
-            view = told.camera
-            found[feature.name, state] = (
-                repr((told.layer, told.film_transparent, view.aperture, view.panorama, settings)),
-                bool(view.motion) or any(each.moves for each in told.instances),
-            )
+    for key, told, settings in told_of(blend, costs.FEATURES, prepare):
+        view = told.camera
+        found[key] = (
+            repr((told.layer, told.film_transparent, view.aperture, view.panorama, settings)),
+            bool(view.motion) or any(each.moves for each in told.instances),
+        )
     return {each.name: each.states() for each in costs.FEATURES}, found
 
 
