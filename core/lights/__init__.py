@@ -196,13 +196,16 @@ class Lights:
             )
         return pmf
 
-    def split(self, light: Ids, time: Scalar | None = None) -> Iterator[tuple[Index, Group]]:
-        """Sort points by the kind of their `light` (N,): which points, and their lights.
+    def split(self, light: Ids, time: Scalar | None = None) -> Iterator[tuple[Index | None, Group]]:
+        """Sort points by the kind of their `light` (N,): which points, None is all; their lights.
 
         Those that move at times (N,).
         """
         for group in self.groups:
             local = light - np.int32(group.first)
+            if len(self.groups) == 1:
+                yield None, group.take(local, time)
+                return
             where = np.flatnonzero((local >= 0) & (local < group.count))
             if where.size:
                 yield where, group.take(local.take(where), take(time, where))

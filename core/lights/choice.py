@@ -43,6 +43,9 @@ WITHOUT_NORMAL, LEAST = 0.05, 2.0**-18
 # Mean of the normals of one side, most of which lie along an axis; and the second moments
 NORMAL_MEAN, NORMAL_ALONG, NORMAL_ACROSS = 0.9, 0.81, 0.095
 
+# Steps of the running sum that lead to a leaf, for each light; leaves passed until bisection
+GUIDES, GUIDED = 4, 2
+
 
 @dataclass(frozen=True, eq=False)
 class LightGrid:
@@ -50,8 +53,9 @@ class LightGrid:
 
     low, scale, fine: see `Cells`; row: the first row of a cell.  Tables of C cells, flattened:
     lower (C * SIDES, SLOTS + 1), where the parts begin in [0, 1]; start (C, SLOTS + 1), the first
-    leaf of each part.  total (n + 1,): running sum of strength of the leaves; light (n,): which
-    light a leaf is; leaf (n,): which leaf a light is.
+    leaf of each part.  total (n + 1,): running sum of strength of the leaves; guide (G,): the
+    first leaf to look at for each of G equal steps of that sum; light (n,): which light a leaf is;
+    leaf (n,): which leaf a light is.
     """
 
     low: NDArray[np.float32]
@@ -61,6 +65,7 @@ class LightGrid:
     lower: NDArray[np.float32]
     start: Ids
     total: NDArray[np.float64]
+    guide: Ids
     light: Ids
     leaf: Ids
 
@@ -112,9 +117,21 @@ class LightGrid:
         mass = self.total.take(self.start.take(at + np.int32(1)))
         mass -= low
         low += mass * v
-        leaf = np.searchsorted(self.total, low, side="right")
-        pmf = (self.total.take(leaf) - self.total.take(leaf - 1)) / mass
-        return self.light.take(leaf - 1), share * pmf.astype(F32)
+        leaf = self.leaf_at(low)
+        pmf = (self.total.take(leaf + np.int32(1)) - self.total.take(leaf)) / mass
+        return self.light.take(leaf), share * pmf.astype(F32)
+
+    def leaf_at(self, at: NDArray[np.float64]) -> Ids:
+        """Return the leaves (N,) at which the running sum first exceeds `at` (N,)."""
+        step = (at * (self.guide.size / self.total[-1])).astype(np.int32)
+        leaf = self.guide.take(step, mode="clip")
+        for _ in range(GUIDED):
+            leaf += self.total.take(leaf + np.int32(1)) <= at
+        late = np.flatnonzero(self.total.take(leaf + np.int32(1)) <= at)
+        if late.size:
+            found = np.searchsorted(self.total, at.take(late), side="right")
+            leaf[late] = found - 1
+        return leaf
 
     def pmf(self, place: Ids, light: Ids) -> Scalar:
         """Return the probability (N,) with which `choose` takes lights (N,) there."""
@@ -174,9 +191,20 @@ def compile_grid(
         _lower(weights, start),
         start.ravel(),
         total,
+        guide(total),
         order,
         leaf,
     )
+
+
+def guide(total: NDArray[np.float64]) -> Ids:
+    """Return the first leaf (G,) of each of G equal steps of a running sum (n + 1,).
+
+    Source: Chen & Asau 1974, "On Generating Random Variates from an Empirical Distribution".
+    """
+    steps = GUIDES * (total.size - 1)
+    edge = np.arange(steps) * (total[-1] / steps) * (1 - 1e-9)  # for the rounding of both
+    return (np.searchsorted(total, edge, side="right") - 1).astype(np.int32)
 
 
 def _around(near: Sources) -> NDArray[np.float32]:

@@ -1,12 +1,13 @@
 """lights -> groups of one kind.  Lights that share a formula, as arrays of their numbers."""
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Ids, Index, Scalar, Vec
+from ..arrays import Ids, Index, Scalar, Vec, gather_rows
 from ..geometry.motion import Tracks
 from .kind import Kind, Rows
 
@@ -54,14 +55,27 @@ class Group:
     def take(self, index: Index | Ids, time: Scalar | None = None) -> "Group":
         """Return the lights of `index`, counted from `first`, one for each of N points.
 
-        Those that move at times (N,).
+        Those that move at times (N,).  What all lights have in common stays (1,).
         """
-        rows, *rest = (each.take(index, axis=-1) for each in self._arrays())
+        table = gather_rows(self._table, index)
+        rows, colour = table[: len(self.rows)], table[len(self.rows) :]
+        rest = [each if each.size == 1 else each.take(index) for each in self._told_apart]
         if self.motion is not None and time is not None:
             some = np.flatnonzero(self.motion.steps.take(index))
             if some.size:
                 rows[:, some] = self.motion.at(index.take(some).astype(np.int32), time.take(some))
-        return Group(self.kind, self.first, rows, *rest)
+        return Group(self.kind, self.first, rows, colour, *rest)
+
+    @cached_property
+    def _table(self) -> NDArray[np.float32]:
+        """Rows and colours (L, P + 3): what is asked of a light stands together."""
+        return np.ascontiguousarray(np.concatenate([self.rows, self.colour]).T)
+
+    @cached_property
+    def _told_apart(self) -> list[Any]:
+        """What else there is of each light (L,); (1,) if it is the same of all."""
+        rest = self._arrays()[2:]
+        return [each[:1] if (each == each[0]).all() else each for each in rest]
 
     def _arrays(self) -> list[Any]:
         return [getattr(self, item.name) for item in fields(self)[2:-1]]

@@ -367,11 +367,13 @@ def _meet_by_hulls(
         leaving = np.flatnonzero(~closed | (dot(normal, direction) > 0))
         owner = lamp_hulls.hulls.light.take(triangle.take(leaving))
         for where, lamps in lights.split(owner):
-            ray = index.take(leaving.take(where))
-            seen = _light_of(plan, lamps, rays.take(ray), owner.take(where))
+            some = leaving if where is None else leaving.take(where)
+            light_there = owner if where is None else owner.take(where)
+            ray = index.take(some)
+            seen = _light_of(plan, lamps, rays.take(ray), light_there)
             if seen is not None:
                 if apart is not None:
-                    apart.append((owner.take(where), ray, seen))
+                    apart.append((light_there, ray, seen))
                 for channel, value in zip(light, seen, strict=True):
                     channel[ray] += value
 

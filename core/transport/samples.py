@@ -5,11 +5,12 @@ asked where it is bright.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
-from ..arrays import F32, Scalar, check
+from ..arrays import F32, Ids, Index, Scalar, check, take
 from ..bsdf import CAMERA
 from ..geometry.accel import FAR
 from ..lights import SAMPLED_EACH, Lights, triangle
@@ -20,6 +21,9 @@ from ..sampling.draws import Draws
 from ..scene import EVERY_SET
 from .emission import emitted, shone
 from .receiver import Receiver, Sample
+
+# What samples of points have each
+OF_POINTS = [item.name for item in fields(Sample)][: -len(("item", "part", "light_number"))]
 
 # Shadow rays end a little before the light, by the rounding of their direction.
 NEARLY = F32(1.0 - 2.0**-16)
@@ -93,63 +97,104 @@ def _of_chosen(
     plan: Plan, lights: Lights, to: Receiver, draws: Draws, depth: int, item: int, split: int
 ) -> Sample:
     """Return the light of one lamp or glowing triangle at each point, chosen among many."""
-    size = to.points.size
     pick = draws.pair(dimension(LIGHT_CHOICE, depth), to.slot, item, split)
     u, v = draws.pair(dimension(LIGHT, depth, LAST_ITEM), to.slot, item, split)
     assert to.points.place is not None
     chosen, pmf = lights.choose(to.points.place, *pick, depth)
-    to_light, light = np.empty((3, size), F32), np.empty((3, size), F32)
-    distance, gain, far = (np.empty(size, F32) for _ in range(3))
-    pdf, matte_pdf = np.empty(size, F32), np.empty(size, F32)
-    seen_by, casts_shadow = np.empty(size, np.int32), np.empty(size, bool)
-    receivers, blockers = np.empty(size, np.uint64), np.empty(size, np.uint64)
-    start = to.points.above
-    for index, some in lights.split(chosen, to.points.time):
-        origin, a, b = start.take(index, axis=1), u.take(index), v.take(index)
-        if some.kind is triangle.TRIANGLE:
-            sampled, place = triangle.sample_place(some.rows, origin, a, b, True)
-            colour = some.colour
-            if plan.emission_varies:
-                assert lights.triangle_of is not None
-                number = lights.triangle_of.take(chosen.take(index) - lights.first_triangle)
-                colour = emitted(plan, number, origin, sampled, place, depth)
-            matte_pdf[index] = sampled.pdf
-        else:
-            sampled = some.kind.sample(some.rows, origin, a, b, True)
-            colour = some.colour
-            if lights.shaders is not None and to.arrival is not None:
-                number = chosen.take(index)
-                way = origin, sampled.to_light, sampled.distance
-                arrival = to.arrival.take(index)
-                colour = colour * shone(lights.shaders, number, *way, arrival)
-            matte_pdf[index] = 0
-        to_light[:, index], light[:, index] = sampled.to_light, colour
-        total = depth if to.total is None else to.total.take(index)
-        gain[index] = sampled.gain * (total <= some.max_bounces)
-        assert sampled.pdf is not None
-        pdf[index], distance[index] = sampled.pdf * some.is_met, sampled.distance
-        far[index] = FAR if some.kind.DISTANT else NEARLY
-        seen_by[index], casts_shadow[index] = some.seen_by, some.casts_shadow
-        receivers[index], blockers[index] = some.receivers, some.blockers
-    check("direct", to_light=to_light, gain=gain, light=light)
     pmf *= F32(split)
-    gain /= pmf
-    pdf *= pmf
-    matte_pdf *= pmf
+    some = [
+        (index, _of_group(plan, lights, group, chosen, index, to, depth, u, v))
+        for index, group in lights.split(chosen, to.points.time)
+    ]
+    index, sample = some[0]
+    if index is not None:
+        sample = _joined(some, to.points.size)
+    check("direct", to_light=sample.to_light, gain=sample.gain, light=sample.light)
+
+    # Weigh it by the probability of the choice; both densities may be one array
+    np.divide(sample.gain, pmf, out=sample.gain)
+    pdf = None if sample.pdf is None else sample.pdf * pmf
+    matte_pdf = pdf
+    if sample.matte_pdf is not sample.pdf and sample.matte_pdf is not None:
+        matte_pdf = sample.matte_pdf * pmf
+    if lights.of_triangle is None:
+        matte_pdf = None
+    return replace(sample, pdf=pdf, matte_pdf=matte_pdf, light_number=chosen)
+
+
+def _of_group(
+    plan: Plan,
+    lights: Lights,
+    group: LampGroup,
+    chosen: Ids,
+    index: Index | None,
+    to: Receiver,
+    depth: int,
+    u: Scalar,
+    v: Scalar,
+) -> Sample:
+    """Return the light of lamps or triangles of one kind at points `index`, all if it is None."""
+    start, total, arrival = to.points.above, to.total, to.arrival
+    if index is not None:
+        start, u, v = start.take(index, axis=1), u.take(index), v.take(index)
+        chosen = chosen.take(index)
+        total = take(total, index)
+    colour = group.colour
+    if group.kind is triangle.TRIANGLE:
+        sampled, place = triangle.sample_place(group.rows, start, u, v, plan.needs_pdf)
+        if plan.emission_varies:
+            assert lights.triangle_of is not None
+            number = lights.triangle_of.take(chosen - np.int32(lights.first_triangle))
+            colour = emitted(plan, number, start, sampled, place, depth)
+    else:
+        sampled = group.kind.sample(group.rows, start, u, v, plan.needs_pdf)
+        if lights.shaders is not None and arrival is not None:
+            arrival = arrival if index is None else arrival.take(index)
+            way = start, sampled.to_light, sampled.distance
+            colour = colour * shone(lights.shaders, chosen, *way, arrival)
+    gain = sampled.gain
+    if total is not None or depth > group.max_bounces.min():
+        gain = gain * ((depth if total is None else total) <= group.max_bounces)
+    pdf = matte_pdf = sampled.pdf
+    if group.kind is not triangle.TRIANGLE:
+        matte_pdf = None if pdf is None else np.zeros_like(pdf)
+    if pdf is not None and not group.is_met.all():
+        pdf = pdf * group.is_met
     return Sample(
-        to_light,
-        distance,
-        light,
+        sampled.to_light,
+        sampled.distance,
+        colour,
         gain,
-        pdf if plan.needs_pdf else None,
-        matte_pdf if plan.needs_pdf and lights.of_triangle is not None else None,
-        far,
-        seen_by,
-        receivers,
-        blockers if plan.links_shadows else EVERY_SET,
-        True if casts_shadow.all() else casts_shadow,
-        light_number=chosen,
+        pdf,
+        matte_pdf,
+        FAR if group.kind.DISTANT else NEARLY,
+        _one(group.seen_by),
+        _one(group.receivers),
+        _one(group.blockers) if plan.links_shadows else EVERY_SET,
+        True if group.casts_shadow.all() else _one(group.casts_shadow),
     )
+
+
+def _one(values: Any) -> Any:
+    """Return values (N,) of lights; what they have in common, (1,), as a number."""
+    return values[0].item() if values.size == 1 else values
+
+
+def _joined(some: list[tuple[Index | None, Sample]], size: int) -> Sample:
+    """Return the samples of `size` points, which are here by the kind of their lights."""
+    joined: dict[str, Any] = {}
+    for name in OF_POINTS:
+        values = [getattr(sample, name) for _, sample in some]
+        if all(np.ndim(value) == 0 and value == values[0] for value in values):
+            joined[name] = values[0]
+            continue
+        rows = (3,) if np.ndim(values[0]) == 2 else ()
+        kinds = [value.dtype for value in values if np.ndim(value)] or [np.result_type(*values)]
+        out = np.empty((*rows, size), kinds[0])
+        for (index, _), value in zip(some, values, strict=True):
+            out[..., index] = value
+        joined[name] = out
+    return replace(some[0][1], **joined)
 
 
 def _of_world(plan: Plan, to: Receiver, depth: int, u: Scalar, v: Scalar, split: int) -> Sample:

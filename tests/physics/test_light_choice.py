@@ -1,10 +1,12 @@
 """core.lights.choice -> one light of many at each point: what is promised of the choice."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from penumbra.core.geometry.mesh import bare_triangles
-from penumbra.core.lights import SAMPLED_EACH, Emitters, compile_lights
+from penumbra.core.lights import SAMPLED_EACH, Emitters, choice, compile_lights
 from penumbra.core.lights.choice import LEAST, SLOTS
 from penumbra.core.lights.tree import NODE_ROWS, STRENGTH, Sources, compile_tree
 from penumbra.core.lights.triangle import FRONT_BACK
@@ -142,7 +144,8 @@ def test_the_light_of_one_chosen_is_on_average_that_of_all(name):
         def irradiance(light, point=point, up=up):
             """Of one sample of each light of the array."""
             out = np.zeros(light.size)
-            for where, group in lights.split(light):
+            for some, group in lights.split(light):
+                where = np.arange(light.size) if some is None else some
                 start = np.repeat(point[:, None], where.size, axis=1)
                 u, v = rng.random((2, where.size)).astype(F32)
                 to_light, gain, _, distance = group.kind.sample(group.rows, start, u, v)
@@ -244,3 +247,19 @@ def test_lights_that_are_all_in_one_place_can_be_told_apart_or_not():
     expected = np.array([light.strength[0] for _, light in lights.lamps])
     expected /= expected.sum()
     np.testing.assert_allclose(pmf, np.repeat(expected[:, None], 20, axis=1), rtol=0.05)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("skew", (1.0, 1e9))
+def test_the_guide_leads_to_the_leaf_that_bisection_finds(name, skew):
+    """Where strengths are alike, and where a few lights have nearly all of it."""
+    grid = SCENES[name].deep or SCENES[name].first
+    if grid is None:
+        pytest.skip("nothing to choose")
+    count = grid.light.size
+    strength = np.diff(grid.total) * np.where(np.arange(count) % 7 == 3, skew, 1.0)
+    total = np.concatenate([[0.0], np.cumsum(strength)])
+    grid = replace(grid, total=total, guide=choice.guide(total))
+    rng = np.random.default_rng(5)
+    at = np.concatenate([rng.random(5000) * total[-1], total[:-1], np.nextafter(total[1:], 0)])
+    np.testing.assert_array_equal(grid.leaf_at(at), np.searchsorted(total, at, side="right") - 1)
