@@ -15,11 +15,15 @@ from typing import Any
 from .contenders import VARIANTS, chosen
 from .costs import FILE as COSTS_FILE
 from .costs import measure_costs, print_costs
+from .footprint import STATUS
 from .machine import load, machine
+from .memory import measure_memory, print_memory
 from .page import merged, write_page
 from .process import Worker, WorkerError
 from .run import bench_scene, say
+from .scaling import measure_scaling, print_scaling
 from .scenes import EXAMPLES, SCENES, Scene
+from .stages import measure_stages, print_stages
 from .table import print_latency, print_scene, print_summary
 
 ENGINES = ("CYCLES", "PENUMBRA")
@@ -32,6 +36,25 @@ def bench_costs(worker: Worker, options: argparse.Namespace, document: dict[str,
     document |= {"rounds": rounds, "costs": []}
     document["costs"] = measure_costs(worker, blend, rounds, options.quick, say)
     print_costs(document["costs"])
+
+
+def bench_growth(
+    workers: dict[str, Worker], options: argparse.Namespace, document: dict[str, Any]
+) -> None:
+    """Measure and print what more of something costs, in time or in memory."""
+    rounds = options.repeats or (1 if options.quick else 3)
+    if options.scaling:
+        document["scaling"] = measure_scaling(workers, rounds, options.quick, say)
+        document["rounds"] = rounds
+        print_scaling(document["scaling"])
+        keep(options, document)
+    if options.stages:
+        document["stages"] = measure_stages(workers["PENUMBRA"], max(rounds, 3), say)
+        print_stages(document["stages"])
+        keep(options, document)
+    if options.memory:
+        document["footprints"] = measure_memory(options.quick, say)
+        print_memory(document["footprints"])
 
 
 def save(worker: Worker, scenes: Sequence[Scene], folder: Path) -> None:
@@ -50,6 +73,9 @@ def measure(
         return save(workers["CYCLES"], scenes, options.save)
     if options.costs:
         bench_costs(workers["PENUMBRA"], options, document)
+        return keep(options, document)
+    if options.scaling or options.stages or options.memory:
+        bench_growth(workers, options, document)
         return keep(options, document)
 
     repeats = options.repeats or (1 if options.quick else 3)
@@ -102,6 +128,9 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--latency", action="store_true", help="only what the viewport takes")
     parser.add_argument("--save", type=Path, metavar="FOLDER", help="only write .blend files there")
     parser.add_argument("--costs", action="store_true", help="only what each feature costs")
+    parser.add_argument("--scaling", action="store_true", help="only what more of something costs")
+    parser.add_argument("--stages", action="store_true", help="only how far stages are from ideal")
+    parser.add_argument("--memory", action="store_true", help="only what takes how many bytes")
     parser.add_argument("--page", type=Path, metavar="FOLDER", help="write index.html there")
     parser.add_argument(
         "--from",
@@ -114,6 +143,8 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     options = parser.parse_args(argv)
     if options.threads < 1 or (options.repeats is not None and options.repeats < 1):
         parser.error("--threads and --repeats need at least 1")
+    if options.memory and not STATUS.exists():
+        parser.error("--memory reads /proc, which this system has not")
     if options.json and not options.json.resolve().parent.is_dir():
         parser.error(f"--json {options.json}: there is no such folder")
     for name in ("save", "page"):

@@ -30,7 +30,10 @@ LOOKS = {
 
 @dataclass(frozen=True)
 class Series:
-    """The curve of a contender: (seconds, error, is it reliable, what it is) for each point."""
+    """The curve of a contender: (seconds, error, is it reliable, what it is) for each point.
+
+    Or two other numbers that are above 0.
+    """
 
     name: str
     points: Sequence[tuple[float, float, bool, str]]
@@ -73,18 +76,19 @@ class Axis:
         return found[:: max(1, math.ceil(len(found) / 7))]
 
 
-def plot(series: Sequence[Series], title: str) -> str:
-    """Return the SVG of error against time; '' without a point that has both."""
+def plot(series: Sequence[Series], title: str, by: str = "seconds") -> str:
+    """Return the SVG of `title` against `by`; '' without a point that has both."""
     drawn = [Series(s.name, [p for p in s.points if p[0] > 0 and p[1] > 0]) for s in series]
     points = [point for each in drawn for point in each.points]
     if not points:
         return ""
     x = Axis.over([p[0] for p in points], LEFT, WIDTH - RIGHT)
     y = Axis.over([p[1] for p in points], HEIGHT - BOTTOM, TOP)
+    what = escape(f"{title} by {by}")
     lines = [
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(title)}">',
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{what}">',
         *_grid(x, y),
-        f'<text class="name" x="{LEFT}" y="{HEIGHT - 5}">{escape(title)} by seconds</text>',
+        f'<text class="name" x="{LEFT}" y="{HEIGHT - 5}">{what}</text>',
         *(line for each in reversed(drawn) for line in _curve(each, x, y)),
         "</svg>",
     ]

@@ -10,10 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from .curves import Series, bar, label, legend, plot
+from .growth import memory_section, scaling_section, stages_section
+from .markup import row as _row
+from .markup import table as _table
 
 STYLE = Path(__file__).with_suffix(".css")
 ERRORS = {"relmse": "relMSE", "relmse_trimmed": "relMSE, trimmed", "flip": "HDR-FLIP"}
 PARTS = ("export", "compile", "build", "sampling", "rest")
+APART = ("costs", "latency", "scaling", "stages", "footprints")  # measured by themselves
 METHOD = (
     "All engines open the same file with the same settings, each in a process of its own: same "
     "filter, same bounces, no clamps, no denoiser, no adaptive sampling unless the name says so.",
@@ -43,7 +47,7 @@ def merged(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     for other in documents[1:]:
         scenes = {scene["name"]: scene for scene in result.get("scenes", ())}
         scenes |= {scene["name"]: scene for scene in other.get("scenes", ())}
-        more = {key: other[key] for key in ("costs", "latency") if other.get(key)}
+        more = {key: other[key] for key in APART if other.get(key)}
         result = {**other, **result, **more, "scenes": list(scenes.values())}
         result["quick"] = any(each["quick"] for each in (result, other))
     return result
@@ -64,7 +68,9 @@ def html(document: dict[str, Any]) -> str:
     if scenes:
         parts += [_figures(scenes), _summary(scenes), _variants(scenes), _curves(scenes)]
         parts += [_times(document, scenes)]
-    parts += [_costs(document.get("costs", [])), _latency(document.get("latency") or {})]
+    parts += [scaling_section(document.get("scaling")), stages_section(document.get("stages", []))]
+    parts += [_costs(document.get("costs", [])), memory_section(document.get("footprints"))]
+    parts += [_latency(document.get("latency") or {})]
     parts += [_method(document)]
     style = STYLE.read_text("utf-8")
     return (
@@ -325,16 +331,3 @@ def _method(document: dict[str, Any]) -> str:
         machine += f"; load {loads[0]:g} before, {loads[1]:g} after"
     items = "".join(f"<li>{escape(line)}</li>" for line in METHOD)
     return f"<h2>Method</h2><ul>{items}</ul><h2>Machine</h2><p>{escape(machine)}.</p>"
-
-
-def _table(head: Sequence[str], rows: Sequence[str]) -> str:
-    cells = "".join(f"<th>{escape(each)}</th>" for each in head)
-    return (
-        f'<div class="wide"><table><thead><tr>{cells}</tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-    )
-
-
-def _row(cells: Sequence[str], kind: str = "") -> str:
-    name = f' class="{kind}"' if kind else ""
-    return f"<tr{name}>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"

@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from . import built, costs
+from . import bounds, built, clocks, costs
 from .contenders import DEFAULTS, OTHERS
 
 # What both engines are told, so that nothing but the samples decides about the error.
@@ -174,6 +174,7 @@ def main() -> None:
     calls = {"open": open_scene, "save": save_scene, "render": render_scene, "version": version}
     calls["cost"] = cost_of
     calls["latency"] = latency
+    calls |= {"scale": clocks.scale, "lock": clocks.lock, "stages": bounds.stages}
     for line in sys.stdin:
         request = json.loads(line)
         try:

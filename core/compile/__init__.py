@@ -19,12 +19,13 @@ from ..film.adaptive import compile_adaptive
 from ..film.passes import wanted
 from ..geometry.accel import can_move, compile_accel
 from ..geometry.attributes import OPACITY, VECTOR, Attributes, compile_attributes
-from ..geometry.mesh import Triangles, bounds, compile_triangles
+from ..geometry.mesh import Triangles, boxes_of, compile_triangles, enclosing
 from ..geometry.spaces import compile_spaces
 from ..geometry.speeds import compile_speeds
 from ..geometry.view import compile_view
 from ..kept import KEEP_NOTHING, Kept
 from ..lights import Emitters, Lights, compile_lights, ray_mask
+from ..lights.reach import useful_lamps
 from ..plan import Plan
 from ..scene import ACTIVE_UV, EVERY_SET, REST, Cancelled, Instance, Note, Scene, Stars
 from ..settings import Settings
@@ -43,7 +44,7 @@ from .limits import (
     mixes_kinds,
     seed_of,
 )
-from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer
+from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer, worn
 from .picture import catchers_alone, denoising_of, ledger_of, note_guides, spread_of
 
 T = TypeVar("T", Instance, Stars)
@@ -77,6 +78,8 @@ def compile_plan(
     else:
         scene = at_rest(scene, notes)
     check_pattern(settings)
+    instances = kept.step("worn", (scene.instances,), lambda: worn(scene.instances))
+    scene = replace(scene, instances=instances)
 
     # Surfaces: a column for each material that occurs.
     side, spare, room, image_notes = image_memory(scene, settings, kept)
@@ -102,7 +105,8 @@ def compile_plan(
 
     # Geometry, about an origin near the camera, where rounding shows.
     announce("Flattening instances")
-    box = kept.step("box", (scene.instances,), lambda: bounds(scene.instances))
+    boxes = kept.step("boxes", (scene.instances,), lambda: boxes_of(scene.instances))
+    box = enclosing(boxes)
     origin = scene.camera.to_world[:, 3] if origin is None else origin
     if box is not None:
         origin = np.clip(origin, box[0], box[1])
@@ -110,7 +114,8 @@ def compile_plan(
     notes += moved_notes
     if instances is not scene.instances:
         scene = replace(scene, instances=instances)
-        box = kept.step("displaced box", (instances,), lambda: bounds(instances))
+        boxes = kept.step("displaced boxes", (instances,), lambda: boxes_of(instances))
+        box = enclosing(boxes)
         if surfaces.reads_spaces:
             plain = surfaces
             surfaces = kept.step("asking", (plain,), lambda: plain.asking((REST, VECTOR)))
@@ -188,13 +193,14 @@ def compile_plan(
     # Light.
     def light() -> tuple[Emitters | None, Lights | None]:
         emitters = compile_emitters(triangles, materials, surfaces)
-        return emitters, compile_lights(lamps, origin, triangles, emitters, emissions)
+        useful = lamps if any_moves(scene) else useful_lamps(lamps, scene.instances, boxes, origin)
+        return emitters, compile_lights(useful, origin, triangles, emitters, emissions)
 
     made_from = scene.lamps, origin.tobytes(), triangles, surfaces_alone
     emitters, lights = kept.step("lights", made_from, light)
     world, world_notes = compile_world(scene.world, place, library)
     notes += world_notes
-    lamps_seen_by = who_meets_lamps(lamps, lights, surfaces)
+    lamps_seen_by = who_meets_lamps(lights, surfaces)
     meets = lamps_seen_by
     world_seen_by = 0 if scene.world is None or world is None else ray_mask(scene.world.seen_by)
     meets |= world_seen_by

@@ -1,6 +1,6 @@
 """lamps, what glows, world -> lights.  What light can be sampled, and who runs into it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..geometry.mesh import Triangles, bare_triangles
 from ..lights import Emitters, Lights, compile_hulls, ray_mask
 from ..lights.environment import Environment, compile_environment
 from ..plan import LampHulls
-from ..scene import Lamp, Material, Scene
+from ..scene import Material, Scene
 from ..shading import SurfaceTable, WorldShader
 
 # So many cells wide is the map of a world that is no picture, or a sky with a sun (Cycles).
@@ -77,13 +77,13 @@ def compile_emitters(
     )
 
 
-def who_meets_lamps(lamps: Sequence[Lamp], lights: Lights | None, surfaces: SurfaceTable) -> int:
+def who_meets_lamps(lights: Lights | None, surfaces: SurfaceTable) -> int:
     """Return the ray kinds that may run into a lamp; rays from matte surfaces have sampled it."""
     if lights is None or not lights.lamps:
         return 0
     possible = CAMERA | GLOSSY | TRANSMISSION if surfaces.has_specular else CAMERA
     seen = 0
-    for lamp in lamps:
+    for _, lamp in lights.lamps:
         seen |= ray_mask(lamp.seen_by) if lamp.sampled else 0
     return seen & possible
 

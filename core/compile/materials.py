@@ -32,6 +32,34 @@ from ..shading import (
 SHEETS = 100.0  # bytes of sheets that pay for each ray, on two threads
 
 
+def worn(instances: tuple[Instance, ...]) -> tuple[Instance, ...]:
+    """Return instances whose slots hold no material that none of their faces has."""
+    used: dict[tuple[int, int], list[bool]] = {}
+    out = []
+    for instance in instances:
+        slots, materials = instance.mesh.slots, instance.materials
+        if len(materials) > 1 and len(instance.mesh.triangles):
+            key = id(instance.mesh), len(materials)
+            if key not in used:
+                used[key] = _used(slots, len(materials))
+            first = materials[used[key].index(True)]
+            pairs = zip(materials, used[key], strict=True)
+            kept = tuple(material if is_used else first for material, is_used in pairs)
+            if kept != materials:
+                instance = replace(instance, materials=kept)
+        out.append(instance)
+    return tuple(out)
+
+
+def _used(slots: NDArray[np.int32] | None, count: int) -> list[bool]:
+    """Return which of `count` slots faces have; as everywhere, those beyond are the last."""
+    if slots is None:
+        return [True] + [False] * (count - 1)
+    numbers = np.bincount(np.clip(slots, 0, count - 1), minlength=count)
+    found: list[bool] = (numbers > 0).tolist()
+    return found
+
+
 def compile_materials(
     scene: Scene, settings: Settings, kept: Kept, library: Library, guides: tuple[str, ...]
 ) -> tuple[list[Material | None], SurfaceTable, list[Note]]:

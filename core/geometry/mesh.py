@@ -185,11 +185,15 @@ def bare_triangles(vertices: NDArray[np.float32], corners: NDArray[np.int32]) ->
     return Triangles(padded, np.ascontiguousarray(corners), ids, None, None, None, None)
 
 
-def bounds(instances: tuple[Instance, ...]) -> NDArray[np.float64] | None:
-    """Return the world-space box (2, 3) [m] around all finite vertices, None if there are none."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+def boxes_of(instances: tuple[Instance, ...]) -> NDArray[np.float64]:
+    """Return the world-space boxes (N, 2, 3) [m] around the finite vertices of each instance.
+
+    All the way of those that move; the box of an instance without vertices is (inf, -inf).
+    """
+    out = np.empty((len(instances), 2, 3))
+    out[:, 0], out[:, 1] = np.inf, -np.inf
     boxes: dict[int, NDArray[np.float64] | None] = {}
-    for instance in instances:
+    for instance, found in zip(instances, out, strict=True):
         mesh = instance.mesh
         if id(mesh) not in boxes:
             boxes[id(mesh)] = _box(mesh)
@@ -201,7 +205,21 @@ def bounds(instances: tuple[Instance, ...]) -> NDArray[np.float64] | None:
         for matrix in keys if len(keys) == 1 else along_arcs(keys):
             centre = matrix[:, :3] @ middle + matrix[:, 3]
             half = np.abs(matrix[:, :3]) @ size
-            low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
+            found[0] = np.minimum(found[0], centre - half)
+            found[1] = np.maximum(found[1], centre + half)
+    return out
+
+
+def bounds(instances: tuple[Instance, ...]) -> NDArray[np.float64] | None:
+    """Return the world-space box (2, 3) [m] around all finite vertices, None if there are none."""
+    return enclosing(boxes_of(instances))
+
+
+def enclosing(boxes: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the box (2, 3) [m] around boxes (N, 2, 3) of `boxes_of`, None if there is nothing."""
+    if not len(boxes):
+        return None
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     return np.stack([low, high]) if (low <= high).all() else None
 
 

@@ -21,9 +21,11 @@ from .kind import (
     TINY,
     Hull,
     LampKind,
+    Region,
     Rows,
     Sampled,
     Source,
+    around,
     brightness,
     missed,
     position,
@@ -118,6 +120,21 @@ def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
     corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
     vertices = position(lamp, origin) + [a * shape.u + b * shape.v for a, b in corners]
     return vertices, np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+
+
+def _region(lamp: Lamp, origin: NDArray[np.float64]) -> Region | None:
+    """Return the half space that it faces, and those around what its slats let pass."""
+    shape = _shape(lamp)
+    assert shape is not None
+    normals, lateness = shape.n[None], np.zeros(1)
+    if not _has_no_slats(lamp):
+        half = 0.5 * max(lamp.spread, 0.0)
+        x, y = around()
+        aside = x * (shape.u / np.linalg.norm(shape.u)) + y * (shape.v / np.linalg.norm(shape.v))
+        normals = np.vstack([normals, np.sin(half) * shape.n - np.cos(half) * aside])
+        extent = 0.5 * (np.abs(aside @ shape.u) + np.abs(aside @ shape.v))
+        lateness = np.concatenate([lateness, np.cos(half) * extent])
+    return Region(normals, normals @ position(lamp, origin) - lateness)
 
 
 def _local(rows: Rows, vector: Vec) -> tuple[Scalar, Scalar]:
@@ -327,6 +344,7 @@ def _kind(name: str, ellipse: bool, spread: bool) -> LampKind:
         _compile,
         _source,
         _hull,
+        _region,
     )
 
 

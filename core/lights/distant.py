@@ -21,6 +21,7 @@ from .kind import (
     Sampled,
     Source,
     brightness,
+    everywhere,
     missed,
 )
 
@@ -95,5 +96,5 @@ def _intersect_parallel(rows: Rows, origin: Vec, direction: Vec) -> tuple[Scalar
     return missed(origin, direction)
 
 
-SUN = LampKind("sun", _sample, _intersect, _compile, _source, _hull, DISTANT=True)
+SUN = LampKind("sun", _sample, _intersect, _compile, _source, _hull, everywhere, DISTANT=True)
 PARALLEL = replace(SUN, name="parallel", sample=_sample_parallel, intersect=_intersect_parallel)

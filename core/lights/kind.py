@@ -49,6 +49,13 @@ class Sampler(Protocol):
         """Sample the light for points (3, N) by u, v (N,)."""
 
 
+class Region(NamedTuple):
+    """Half spaces that hold all that a lamp lights, as `normals` (K, 3) . p >= `least` (K,) [m]."""
+
+    normals: NDArray[np.float64]
+    least: NDArray[np.float64]
+
+
 class Source(NamedTuple):
     """What matters of a light for choosing it: a sketch that need not be exact.
 
@@ -88,11 +95,13 @@ class LampKind(Kind):
     compile(lamp, origin) -> its P parameters, positions relative to `origin` in float64.
     source(lamp, origin) -> what choosing it is based on.
     hull(lamp, origin) -> triangles that enclose it, or None if rays cannot meet it there.
+    region(lamp, origin) -> where it shines at most, or None if it shines everywhere.
     """
 
     compile: Callable[[Lamp, NDArray[np.float64]], list[float]]
     source: Callable[[Lamp, NDArray[np.float64]], Source]
     hull: Callable[[Lamp, NDArray[np.float64]], Hull | None]
+    region: Callable[[Lamp, NDArray[np.float64]], Region | None]
 
 
 def position(lamp: Lamp, origin: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -103,6 +112,17 @@ def position(lamp: Lamp, origin: NDArray[np.float64]) -> NDArray[np.float64]:
 def brightness(lamp: Lamp) -> float:
     """Return the mean of the lamp's three strengths."""
     return sum(map(abs, lamp.strength)) / 3
+
+
+def everywhere(lamp: Lamp, origin: NDArray[np.float64]) -> Region | None:
+    """Return the region of a lamp that shines to all sides."""
+    return None
+
+
+def around() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the cosines and sines (16, 1) of the planes that bound a cone."""
+    angle = 2.0 * np.pi * np.arange(16)[:, None] / 16
+    return np.cos(angle), np.sin(angle)
 
 
 def missed(origin: Vec, direction: Vec) -> tuple[Scalar, Scalar, Scalar]:

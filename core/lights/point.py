@@ -21,10 +21,13 @@ from .kind import (
     Hull,
     Kind,
     LampKind,
+    Region,
     Rows,
     Sampled,
     Source,
+    around,
     brightness,
+    everywhere,
     missed,
     position,
     reciprocal,
@@ -89,6 +92,22 @@ def _hull(lamp: Lamp, origin: NDArray[np.float64]) -> Hull | None:
     sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     halves = [half for a, b, c, d in sides for half in ((a, b, c), (a, c, d))]
     return position(lamp, origin) + corners * lamp.radius * 1.001, np.array(halves, np.int32)
+
+
+def _region_spot(lamp: Lamp, origin: NDArray[np.float64]) -> Region | None:
+    """Return the half spaces around the cones from all points of the lamp."""
+    to_local = _to_local(lamp)
+    half = 0.5 * lamp.spot_angle
+    if to_local is None or half > 0.5 * np.pi:
+        return None
+
+    # Ways to the lamp that point along its +z, and lie within planes that touch the cone
+    x, y = around()
+    planes = np.hstack([-np.cos(half) * x, -np.cos(half) * y, np.full(x.shape, np.sin(half))])
+    normals = -np.vstack([planes, [[0.0, 0.0, 1.0]]]) @ to_local
+    lengths = np.linalg.norm(normals, axis=1)
+    normals /= lengths[:, None]
+    return Region(normals, normals @ position(lamp, origin) - lamp.radius)
 
 
 def _falloff(rows: Rows, to_light: Vec) -> Scalar:
@@ -252,10 +271,13 @@ def _spot(shape: LampKind, ball: bool = False) -> LampKind:
         sample=partial(_sample_spot, shape=shape, ball=ball),
         intersect=partial(_intersect_spot, shape=shape, ball=ball),
         source=_source_spot,
+        region=_region_spot,
     )
 
 
-POINT = LampKind("point", _sample_point, _intersect_point, _compile_point, _source_point, _hull)
+POINT = LampKind(
+    "point", _sample_point, _intersect_point, _compile_point, _source_point, _hull, everywhere
+)
 DISK = replace(POINT, name="disk", sample=_sample_disk, intersect=_intersect_disk)
 SPHERE = replace(POINT, name="sphere", sample=_sample_sphere, intersect=_intersect_sphere)
 POINTS = {"point": POINT, "disk": DISK, "sphere": SPHERE}

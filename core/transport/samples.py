@@ -38,7 +38,8 @@ def samples(plan: Plan, to: Receiver, draws: Draws, depth: int) -> Iterator[Samp
         for number in range(lights.each_at(depth) if lights is not None else 0):
             assert lights is not None
             lamp = lights.single(number, to.points.time)
-            if to.total is not None or depth <= lamp.max_bounces[0]:
+            limit = lamp.max_bounces[0]
+            if depth <= limit or (to.total is not None and limit >= 0):
                 u, v = draws.pair(dimension(LIGHT, depth, number), to.slot, item, split)
                 yield _of_lamp(plan, lamp, to, u, v, part, number)
         if lights is not None and lights.chooses_at(depth):

@@ -300,7 +300,9 @@ def test_every_light_keeps_its_own_numbers_in_single_and_in_split():
             assert alone.kind is group.kind and alone.first == number
             np.testing.assert_array_equal(alone.rows[:, 0], group.rows[:, column])
             np.testing.assert_array_equal(alone.colour[:, 0], group.colour[:, column])
-            assert alone.max_bounces[0] == group.max_bounces[column]
+            # What all lights of a group have in common is told once
+            limits = np.broadcast_to(group.max_bounces, where.shape)
+            assert alone.max_bounces[0] == limits[column]
     assert sorted(seen) == list(range(chosen.size))
 
 

@@ -1,5 +1,6 @@
 """core.plan -> words.  A plan tells what a scene needs, and what it does without."""
 
+import numpy as np
 import pytest
 
 from penumbra.core import Scene, StarField, compile_plan
@@ -44,3 +45,44 @@ def test_what_a_scene_needs_is_named(what):
     things = [thing, FLOOR] if what == "lens" else [VIEW, FLOOR, thing]
     _, present, absent = words(s.scene(*things), **settings)
     assert what in present and what not in absent
+
+
+def slotted(slots, *materials):
+    floor = s.quad(u=(2, 0, 0), v=(0, 2, 0))
+    return s.put(s.replace(floor, slots=None if slots is None else np.array(slots)), *materials)
+
+
+def closures(*things):
+    plan = compile_plan(s.scene(VIEW, s.point((0, 0, 3)), *things), s.DEFAULTS)
+    return {module.NAME for module in plan.surfaces.modules}
+
+
+MATTE, SHINY = s.diffuse(0.7), s.mirror()
+DULL, SHINE = closures(slotted(None, MATTE)), closures(slotted(None, SHINY))
+SLOTS = (
+    *((DULL, slots) for slots in (None, [0, 0], [-3, 0])),
+    *((SHINE, slots) for slots in ([1, 1], [1, 7])),
+    *((DULL | SHINE, slots) for slots in ([0, 1], [7, 0])),
+)
+
+
+@pytest.mark.parametrize(("expected", "slots"), SLOTS)
+def test_materials_that_no_face_has_are_left_out(expected, slots):
+    assert len(expected) == 1 or DULL != SHINE
+    assert closures(slotted(slots, MATTE, SHINY)) == expected
+
+
+def test_a_mesh_that_others_show_with_other_materials_is_judged_for_each():
+    one = slotted([1, 1], MATTE, SHINY)
+    other = s.replace(one, materials=(SHINY, MATTE, s.glass()))
+    third = s.replace(one, materials=(MATTE,))
+    assert closures(one, other, third) == DULL | SHINE
+    assert closures(other, third) == DULL
+    assert closures(one) == SHINE
+
+
+def test_a_picture_without_an_unused_material_is_that_with_it():
+    light, plain = s.point((1, 0, 3), 9.0), slotted(None, MATTE)
+    seen = s.pixels(VIEW, plain, light)
+    assert seen.max() > 0.01
+    np.testing.assert_array_equal(s.pixels(VIEW, slotted([1, 1], SHINY, MATTE), light), seen)
