@@ -16,6 +16,8 @@ import numpy as np
 
 from .. import __version__, core
 from ..core.film.cryptomatte import metadata as matte_metadata
+from ..core.images.shelf import Shelf
+from ..core.kept import KEEP_NOTHING, KeepNothing
 from ..core.scene import Cancelled, Scene, SceneError
 from ..core.settings import Settings
 from . import report, viewport
@@ -30,6 +32,8 @@ ENGINE = "PENUMBRA"
 progress_listener = None  # None, or called with the progress at every tick (headless use)
 
 _WATCHED = not bpy.app.background  # does anybody see the picture before it is finished?
+shelf = Shelf()  # images of the last renders, as long as the file is open
+
 _log = logging.getLogger("penumbra")
 _STATUS_INTERVAL = 0.2  # [s]
 _FIRST_PICTURE = 0.3  # [s]
@@ -127,7 +131,9 @@ class _Job:
         engine, depsgraph = self.engine, self.depsgraph
         frame = read_frame(engine, depsgraph.scene_eval.render)
         if scene is None:
-            return export_scene(engine, depsgraph, frame, engine.test_break)
+            return export_scene(
+                engine, depsgraph, frame, engine.test_break, None if engine.is_preview else shelf
+            )
         notes = list(scene.notes)
         camera = export_view(engine, depsgraph, frame, notes, engine.test_break)
         return replace(scene, camera=camera, notes=tuple(dict.fromkeys(notes)))
@@ -135,7 +141,13 @@ class _Job:
     def sample(self, scene: Scene, settings: Settings, export_seconds: float) -> None:
         """Render one view, write it to Blender's result, and tell how it went."""
         engine = self.engine
-        plan = core.compile_plan(scene, settings, announce=self.say, should_stop=engine.test_break)
+        plan = core.compile_plan(
+            scene,
+            settings,
+            announce=self.say,
+            should_stop=engine.test_break,
+            kept=KEEP_NOTHING if engine.is_preview else KeepNothing(shelf),
+        )
         render = self.depsgraph.scene_eval.render
         self.say("Sampling")
         threads = thread_count(render)
@@ -282,5 +294,23 @@ def status(progress: Any) -> str:
     return " | ".join(parts)
 
 
-# Blender stops running renders of an engine that is taken away
-register, unregister = switch(PenumbraRenderEngine)
+@bpy.app.handlers.persistent
+def _loaded(_path: str) -> None:
+    shelf.clear()  # another file has other images
+
+
+_register, _unregister = switch(PenumbraRenderEngine)
+
+
+def register() -> None:
+    """Make Blender know the engine."""
+    _register()
+    bpy.app.handlers.load_post.append(_loaded)
+
+
+def unregister() -> None:
+    """Take the engine away; Blender stops running renders of it."""
+    if _loaded in bpy.app.handlers.load_post:
+        bpy.app.handlers.load_post.remove(_loaded)
+    shelf.clear()
+    _unregister()

@@ -8,16 +8,19 @@ means the very same object.  What is compared is held, so that no new object can
 from collections.abc import Callable, Hashable
 from typing import Any, TypeVar
 
+from .images.shelf import Shelf
+
 T = TypeVar("T")
 
 
 class Kept:
     """What the last plan was made of; hand the same one to each `compile_plan` of a viewport.
 
-    It belongs to one thread.
+    It belongs to one thread; the shelf, where texels of files stay that others use, too, does not.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, shelf: Shelf | None = None) -> None:
+        self.shelf = shelf
         self._steps: dict[str, tuple[tuple[Any, ...], Any]] = {}
         self._items: dict[str, dict[Hashable, Any]] = {}
 
@@ -38,7 +41,7 @@ class Kept:
 
 
 class KeepNothing(Kept):
-    """Makes each step anew: for a plan that is compiled once."""
+    """Makes each step anew, for a plan that is compiled once; but for what lies on the shelf."""
 
     def step(self, name: str, made_from: tuple[Any, ...], make: Callable[[], T]) -> T:
         """Return what `make` returns."""

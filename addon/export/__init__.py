@@ -15,6 +15,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.images.shelf import Shelf
 from ...core.layer import Layer
 from ...core.scene import (
     ACTIVE_UV,
@@ -81,15 +82,18 @@ def export_scene(
     depsgraph: bpy.types.Depsgraph,
     frame: Frame,
     should_stop: Callable[[], bool] = lambda: False,
+    shelf: Shelf | None = None,
 ) -> Scene:
     """Return all that is rendered in one frame, view layer and view.
 
+    shelf: where pixels of packed images stay for later renders, if anywhere.
     Raises: SceneError that names the culprit; Cancelled if `should_stop` says so.
     """
     notes: list[Note] = []
     camera = export_camera(engine, depsgraph, frame, notes)
     shutter = read_shutter(depsgraph.scene_eval, depsgraph.view_layer_eval)
-    still, content = _read(depsgraph, camera, notes, should_stop, shutter=shutter)
+    known = Known(shelf)
+    still, content = _read(depsgraph, camera, notes, should_stop, known, shutter=shutter)
     if shutter is None:
         return still
     if shutter.blurs:

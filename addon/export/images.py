@@ -7,8 +7,9 @@ are in the image's colour space, those of floats scene-linear.
 
 import copy
 import functools
+import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -17,7 +18,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.images import ImageSource
+from ...core.images import ROWS, ImageSource
+from ...core.images.shelf import Pixels, Shelf
 from ...core.scene import Note
 from .known import Known
 
@@ -65,7 +67,7 @@ class Images:
                 image,
                 key[1],
                 self._notes,
-                lambda notes: export_image(image, user, notes, self._limits),
+                lambda notes: export_image(image, user, notes, self._limits, self._before.shelf),
             )
         return self._known[key]
 
@@ -91,14 +93,22 @@ def export_image(
     user: bpy.types.ImageUser | None,
     notes: list[Note],
     limits: Mapping[str, float] = MappingProxyType({}),
+    shelf: Shelf | None = None,
 ) -> ImageSource:
-    """Return where the pixels of an image come from, as a node with the image user shows it."""
+    """Return where the pixels of an image come from, as a node with the image user shows it.
+
+    shelf: where those of packed images stay for later exports, if anywhere.
+    """
     name = f"Image '{image.name}'"
-    path, pixels = "", None
+    path, pixels, digest = "", None, None
     if image.source in _NOT_HONOURED:
         notes.append(Note(name, _NOT_HONOURED[image.source]))
     elif _is_only_in_memory(image):
-        pixels = _pixels(image)
+        digest = None if shelf is None else _digest(image)
+        found = None if shelf is None or digest is None else shelf.find(digest)
+        pixels = _pixels(image) if found is None else found.pixels
+        if shelf is not None and digest is not None and pixels is not None:
+            shelf.put(digest, Pixels(pixels))
         if pixels is None:
             notes.append(Note(name, "it has no pixels and is shown in magenta"))
     else:
@@ -108,6 +118,7 @@ def export_image(
         name=name,
         path=path,
         pixels=pixels,
+        digest=digest,
         colorspace=space.name,
         is_data=space.is_data,
         alpha_mode=image.alpha_mode,
@@ -129,6 +140,17 @@ def _is_only_in_memory(image: bpy.types.Image) -> bool:
     return image.source == "GENERATED" or image.is_dirty or len(image.packed_files) > 0
 
 
+def _digest(image: bpy.types.Image) -> Hashable | None:
+    """Return what tells the pixels of a packed image from all others, None if nothing does."""
+    if image.is_dirty or image.source == "GENERATED" or not image.packed_files:
+        return None
+    found = hashlib.blake2b(digest_size=16)
+    for file in image.packed_files:
+        found.update(file.packed_file.data)
+    how = image.colorspace_settings.name, image.alpha_mode, tuple(image.size), image.is_float
+    return found.digest(), working_space(), *how
+
+
 def _pixels(image: bpy.types.Image) -> NDArray[np.uint8] | NDArray[np.float32] | None:
     """Return Blender's own buffer (H, W, C), the bottom row first; None if it cannot be had."""
     width, height = image.size
@@ -139,8 +161,12 @@ def _pixels(image: bpy.types.Image) -> NDArray[np.uint8] | NDArray[np.float32] |
     values = values.reshape(height, width, image.channels)
     if image.is_float:
         return values
-    values *= 255
-    return np.rint(values, out=values).astype(np.uint8)
+    whole = np.empty(values.shape, np.uint8)
+    for top in range(0, height, ROWS):
+        part = values[top : top + ROWS]
+        part *= 255
+        whole[top : top + ROWS] = np.rint(part, out=part)
+    return whole
 
 
 def _path(image: bpy.types.Image, user: bpy.types.ImageUser | None, tile: int = 1001) -> str:

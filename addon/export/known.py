@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 import bpy
 
 from ...core.images import ImageSource
+from ...core.images.shelf import Shelf
 from ...core.scene import Note
 from .geometry import Exported
 
@@ -26,9 +27,13 @@ class _Read(NamedTuple):
 
 
 class Known:
-    """Meshes, shaders and images of an earlier export; empty for one that stands alone."""
+    """Meshes, shaders and images of an earlier export; empty for one that stands alone.
 
-    def __init__(self) -> None:
+    shelf: where pixels of packed images stay for exports that know nothing else of each other.
+    """
+
+    def __init__(self, shelf: Shelf | None = None) -> None:
+        self.shelf = shelf
         self._meshes: dict[tuple[Any, ...], tuple[frozenset[Uid], Exported]] = {}
         self._shaders: dict[Uid, _Read] = {}
         self._images: dict[tuple[Uid, str], _Read] = {}
@@ -36,7 +41,7 @@ class Known:
 
     def forget(self) -> None:
         """Forget all."""
-        self.__init__()  # type: ignore[misc]
+        self.__init__(self.shelf)  # type: ignore[misc]
 
     def keep_limits(self, limits: Mapping[str, float]) -> None:
         """Forget shaders and images if images are limited in another way than so far."""

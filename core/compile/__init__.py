@@ -82,9 +82,10 @@ def compile_plan(
     scene = replace(scene, instances=instances)
 
     # Surfaces: a column for each material that occurs.
-    side, spare, room, image_notes = image_memory(scene, settings, kept)
-    library = kept.step("library", (side, spare is None), lambda: Library(side))
+    side, spare, room, sources, image_notes = image_memory(scene, settings, kept)
+    library = kept.step("library", (side, spare is None), lambda: Library(side, shelf=kept.shelf))
     library.renew(spare, room)
+    library.read(sources)
     notes += image_notes
     outputs = wanted(scene.layer)
     denoising = denoising_of(scene, settings, notes)
@@ -226,6 +227,8 @@ def compile_plan(
     if why_not:
         notes.append(Note("Render settings", f"Use Adaptive Sampling: {why_not}"))
     max_bounces, kind_limits = bounce_limits(settings, surfaces)
+    if kept.shelf is not None:
+        kept.shelf.limit(settings.texture_memory * 2**30)
     prepared = Preparation(
         compile_seconds=perf_counter() - started - build_seconds,
         build_seconds=build_seconds,

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from ..film.ledger import surface_facts
 from ..geometry.accel import Accel, compile_own
+from ..images import ImageSource
 from ..images.store import fit
-from ..kept import KEEP_NOTHING, Kept
+from ..kept import KeepNothing, Kept
 from ..scene import Instance, Link, Material, Node, Note, Scene
 from ..settings import Settings
 from ..shading import (
@@ -29,7 +30,7 @@ from ..shading import (
     output_of,
 )
 
-SHEETS = 100.0  # bytes of sheets that pay for each ray, on two threads
+SHEETS = 800.0  # bytes of sheets that pay for each ray
 
 
 def worn(instances: tuple[Instance, ...]) -> tuple[Instance, ...]:
@@ -129,7 +130,7 @@ def shapes_of(
     instances: tuple[Instance, ...], numbers: dict[int, int], kept: Kept
 ) -> list[tuple[Any, ...]]:
     """Return all that the table of triangles is made from, of each instance."""
-    if kept is KEEP_NOTHING:
+    if isinstance(kept, KeepNothing):
         return []
     names = [field.name for field in fields(Instance) if field.name not in _NOT_SHAPES]
 
@@ -145,36 +146,37 @@ def shapes_of(
 
 def image_memory(
     scene: Scene, settings: Settings, kept: Kept
-) -> tuple[int, float | None, float, list[Note]]:
+) -> tuple[int, float | None, float, list[ImageSource], list[Note]]:
     """Return what the sides of images are limited to, so that they fit the memory; 0: nothing.
 
     And what is left for their levels [bytes], None if there shall be none, and for their sheets;
-    and notes that name images that will be smaller.
+    the images; and notes that name those that will be smaller.
     """
     materials = {id(m): m for i in scene.instances for m in i.materials if m is not None}
     glows = tuple(each.surface for each in (scene.world, *scene.lamps) if each and each.surface)
 
-    def fitted() -> tuple[int, float, list[Note]]:
+    def fitted() -> tuple[int, float, list[ImageSource], list[Note]]:
         notes: list[Note] = []
         roots = [output_of(material) for material in materials.values()]
         roots += [Node("Output", "", {"Surface": Link(glow, "Surface")}) for glow in glows]
         sources = [source for root in roots for source in images_below(root)]
         memory = settings.texture_memory * 2**30
-        return *(fit(sources, memory, notes) if sources else (0, 0.0)), notes
+        return *(fit(sources, memory, notes) if sources else (0, 0.0)), sources, notes
 
     made_from = tuple(materials.values()), glows, settings.texture_memory
-    side, spare, notes = kept.step("image memory", made_from, fitted)
+    side, spare, sources, notes = kept.step("image memory", made_from, fitted)
 
     # A byte of levels takes as long as a twentieth of a ray: a tenth of the time may go there; one
-    # of sheets takes two nanoseconds of one thread, and they save some 400 of all for each ray.
+    # of sheets takes two nanoseconds, and they save some 800 for each ray, in the next renders,
+    # too, which find them done.  Whether they do must not show: so the same holds for the first.
     # The rays are those of the whole frame, so that its parts look alike
     rays = scene.camera.width * scene.camera.height * settings.samples
     room = min(spare, SHEETS * rays)
     # How wide a pixel of a panorama is depends on where it is
     if not settings.texture_filter or scene.camera.panorama is not None:
-        return side, None, room, notes
+        return side, None, room, sources, notes
     levels = min(spare, 2.0 * rays)
-    return side, levels, min(room, spare - levels), notes
+    return side, levels, min(room, spare - levels), sources, notes
 
 
 def displaced(

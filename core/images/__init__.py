@@ -28,6 +28,7 @@ class ImageSource:
     name: str  # "Image 'sky.hdr'"
     path: str = ""  # absolute
     pixels: NDArray[Any] | None = None
+    digest: Hashable = None  # tells pixels from others, if the same may come again
     colorspace: str = "sRGB"  # a name in the OpenColorIO configuration
     is_data: bool = False  # numbers, not colours: never converted
     alpha_mode: str = "STRAIGHT"
@@ -84,6 +85,10 @@ class Image:
         """What the texels take [bytes]."""
         return self.texels.nbytes
 
+    def blocks(self) -> dict[int, int]:
+        """Return what each block of memory takes [bytes], by its address."""
+        return block_of(self.texels)
+
 
 PACKED: dict[int, np.dtype[Any]] = {
     1: np.dtype(np.uint32),
@@ -111,6 +116,11 @@ def make_image(pixels: NDArray[Any], is_srgb: bool = False, can_unassociate: boo
         has_alpha=not is_opaque(pixels),
         can_unassociate=can_unassociate,
     )
+
+
+def block_of(array: NDArray[Any]) -> dict[int, int]:
+    """Return the size of an array's memory [bytes] by its address, which views share."""
+    return {array.__array_interface__["data"][0]: array.nbytes}
 
 
 def image_size(width: int, height: int, side: int, resolution: float = 1.0) -> tuple[int, int]:

@@ -7,7 +7,7 @@ straight alpha, to half floats at least.
 """
 
 import functools
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,13 +16,23 @@ from numpy.typing import NDArray
 
 from ..arrays import F32
 from ..scene import Note
-from . import ALPHA_MODES, MAGENTA, Image, ImageSource, Tiles, halvings, is_opaque, make_image
+from . import (
+    ALPHA_MODES,
+    MAGENTA,
+    ROWS,
+    Image,
+    ImageSource,
+    Tiles,
+    halvings,
+    is_opaque,
+    make_image,
+)
 from .lookup import decode_srgb
 
 REC709 = "Linear Rec.709"
 
 
-Keep = Callable[[Hashable, Callable[[], Any]], Any]
+Keep = Callable[[tuple[Any, ...], Callable[[], Image]], Image]
 
 
 def load_image(
@@ -34,7 +44,8 @@ def load_image(
     """Return the image of a source; magenta, and a note that names it, if it cannot be read.
 
     Its sides are at most `side` texels, 0 is any number.  keep(key, make) returns what is known by
-    a key, made if it is not: images that differ in their colour space may share texels.
+    a key, which begins with the path or digest, made if it is not: images that differ in their
+    colour space may share texels.
     """
     if source.tiles:
         tiles = ((number, _load(tile, notes, side, keep)) for number, tile in source.tiles)
@@ -43,10 +54,17 @@ def load_image(
 
 
 def _load(source: ImageSource, notes: list[Note], side: int, keep: Keep) -> Image:
-    if source.pixels is None and source.path and not _is_converted(source, notes):
+    limits = source.resolution, source.side, side
+    spaces = source.colorspace, source.working_space, source.config
+    if source.pixels is not None and source.digest is not None:
+        _is_converted(source, notes)
+        how = source.alpha_mode, limits, source.is_data, spaces
+        return keep((source.digest, *how), lambda: _make(source, [], side))
+    if source.pixels is not None or not source.path:
+        return _make(source, notes, side)
+    if not _is_converted(source, notes):
         # As they are in the file: what is made of alpha is all that matters, if there is any
         alpha = "PREMUL" if source.is_data else source.alpha_mode
-        limits = source.resolution, source.side, side
         image = keep((source.path, alpha, limits), lambda: _make(source, notes, side))
         if image is MAGENTA:
             return MAGENTA
@@ -55,7 +73,8 @@ def _load(source: ImageSource, notes: list[Note], side: int, keep: Keep) -> Imag
         way = "LINEAR" if source.is_data else _way(source, [])
         can = not source.is_data and source.alpha_mode in ("STRAIGHT", "PREMUL")
         return replace(image, is_srgb=way == "SRGB", can_unassociate=can)
-    return _make(source, notes, side)
+    key = source.path, source.alpha_mode, limits, spaces
+    return keep(key, lambda: _make(source, notes, side))
 
 
 def _is_converted(source: ImageSource, notes: list[Note]) -> bool:
@@ -161,12 +180,14 @@ def _four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
     """Return a copy (H, W, 4) of pixels (H, W, C): grey, grey and alpha, colour, or the first 4."""
     height, width, channels = pixels.shape
     full = np.empty((height, width, 4), pixels.dtype)
-    for channel in range(3):
-        full[:, :, channel] = pixels[:, :, 0 if channels < 3 else channel]
-    if channels in (1, 3):
-        full[:, :, 3] = _one(pixels.dtype)
-    else:
-        full[:, :, 3] = pixels[:, :, 1 if channels == 2 else 3]
+    for top in range(0, height, ROWS):
+        part, of = full[top : top + ROWS], pixels[top : top + ROWS]
+        for channel in range(3):
+            part[:, :, channel] = of[:, :, 0 if channels < 3 else channel]
+        if channels in (1, 3):
+            part[:, :, 3] = _one(pixels.dtype)
+        else:
+            part[:, :, 3] = of[:, :, 1 if channels == 2 else 3]
     return full
 
 

@@ -5,13 +5,16 @@ their texels are one record, the processor waits for memory once for all of them
 layout follow each other: points of materials that differ in their images only are one batch.
 """
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Scalar
-from . import PACKED, ROWS, Image
+from . import PACKED, ROWS, Image, block_of
 from .lookup import Tap
 
 LARGEST_RECORD = 16  # bytes that one fetch brings
@@ -39,6 +42,16 @@ class Sheet:
         size = len(self.sets) * self.width * self.height * self.dtype.itemsize
         return size * sum(_length(part) for part in self._parts)
 
+    def blocks(self) -> dict[int, int]:
+        """Return what each block of memory takes [bytes], by its address; of its images, too."""
+        found: dict[int, int] = {}
+        for record in self._records:
+            found |= block_of(record)
+        for images in self.sets:
+            for image in images:
+                found |= image.blocks()
+        return found
+
     def pack(self) -> None:
         """Write the records, if that was not done: arrays (S height width,), set after set."""
         if self._records:
@@ -47,15 +60,25 @@ class Sheet:
         for part in self._parts:
             shape = len(self.sets), self.height, self.width, _length(part)
             texels = np.empty(shape, self.dtype)
-            for own, images in zip(texels, self.sets, strict=True):
-                planes = [plane for image, count in zip(images, self.channels, strict=True)
-                          for plane in _planes(image, count)]  # fmt: skip
-                for top in range(0, self.height, ROWS):
-                    rows = slice(top, top + ROWS)
-                    for place, number in enumerate(part):
-                        own[rows, :, place] = planes[number][rows]
+            if len(self.sets) > 1:
+                with ThreadPoolExecutor(min(len(self.sets), os.cpu_count() or 1)) as pool:
+                    list(pool.map(self._pack, texels, self.sets, repeat(part)))
+            else:
+                self._pack(texels[0], self.sets[0], part)
             made.append(texels.reshape(-1).view(_record(texels.dtype, shape[3])))
         self._records = made
+
+    def _pack(self, texels: NDArray[Any], images: tuple[Image, ...], part: range) -> None:
+        """Write the channels `part` of one set to its texels (H, W, C)."""
+        planes = [
+            plane
+            for image, count in zip(images, self.channels, strict=True)
+            for plane in _planes(image, count)
+        ]
+        for top in range(0, self.height, ROWS):
+            rows = slice(top, top + ROWS)
+            for place, number in enumerate(part):
+                texels[rows, :, place] = planes[number][rows]
 
     def fetch(self, taps: list[Tap], number: Scalar) -> NDArray[np.float32]:
         """Return all channels (C, n), encoded, of weighed texels of the sets `number` (n,) or (1,).

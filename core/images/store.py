@@ -5,7 +5,9 @@ the file.  How large all will be is estimated from their headers; then the large
 Simplify does.
 """
 
+import os
 from collections.abc import Callable, Hashable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,9 @@ from ..scene import Note
 from . import MAGENTA, Image, ImageSource, Tiles, image_size
 from .files import load_image, read_header
 from .levels import WORTHWHILE, Levels
+from .shelf import Shelf, Stamp, stamp_of
+
+READERS = 8  # files that are read at the same time, at most: each takes its memory twice
 
 Header = tuple[int, int, int]  # width, height, bytes of a texel
 
@@ -21,12 +26,17 @@ Header = tuple[int, int, int]  # width, height, bytes of a texel
 class Store:
     """The images of a scene, by what they are made from; `side` limits both sides, 0 does not.
 
-    spare: what levels of images may take [bytes], None: there shall be none.
+    spare: what levels of images may take [bytes], None: there shall be none; shelf: what was read
+    before, if that is kept.
     """
 
-    def __init__(self, side: int = 0, spare: float | None = None) -> None:
-        self.side, self.spare = side, spare
+    def __init__(
+        self, side: int = 0, spare: float | None = None, shelf: Shelf | None = None
+    ) -> None:
+        self.side, self.spare, self.shelf = side, spare, shelf
         self._known: dict[Hashable, Any] = {}
+        self._stamps: dict[str, Stamp | None] = {}
+        self._notes: dict[Hashable, list[Note]] = {}  # of images that nobody has asked for yet
         self._levels: dict[tuple[int, bool], Levels] = {}
 
     @property
@@ -36,12 +46,52 @@ class Store:
 
     def get(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
         """Return the image of a source, which is read if it is not known."""
-        return self._keep(source.key, lambda: load_image(source, notes, self.side, self._keep))
+        for part in source.parts:
+            notes += self._notes.pop(part.key, ())
+        return self._keep(source.key, lambda: load_image(source, notes, self.side, self._read))
+
+    def read(self, sources: Iterable[ImageSource]) -> None:
+        """Read the files of sources, several at the same time, before they are asked for."""
+        files: dict[str, dict[Hashable, ImageSource]] = {}
+        for source in sources:
+            for part in source.parts:
+                if part.pixels is None and part.path:
+                    files.setdefault(part.path, {})[part.key] = part
+
+        # Sources of one file share texels: they are for one thread
+        def read(parts: dict[Hashable, ImageSource]) -> None:
+            for key, part in parts.items():
+                notes: list[Note] = []
+                self.get(part, notes)
+                self._notes[key] = notes
+
+        if len(files) > 1:
+            with ThreadPoolExecutor(min(READERS, os.cpu_count() or 1)) as pool:
+                list(pool.map(read, files.values()))
 
     def _keep(self, key: Hashable, make: Callable[[], Any]) -> Any:
         if key not in self._known:
             self._known[key] = make()
         return self._known[key]
+
+    def _read(self, key: tuple[Any, ...], make: Callable[[], Image]) -> Image:
+        """Return what is made of the file whose path, or digest, begins the key."""
+        return self._keep(key, lambda: self._from_shelf(key, make))
+
+    def _from_shelf(self, key: tuple[Any, ...], make: Callable[[], Image]) -> Image:
+        if self.shelf is None:
+            return make()
+        path, stamp = key[0], None
+        if isinstance(path, str):
+            stamp = self._stamps.setdefault(path, stamp_of(path))
+            if stamp is None:
+                return make()
+        found: Image | None = self.shelf.find((key, stamp))
+        if found is None:
+            found = make()
+            if found is not MAGENTA:
+                self.shelf.put((key, stamp), found)
+        return found
 
     def levels_of(self, image: Image) -> Levels | None:
         """Return the levels of an image; None if they would not help, or not fit."""

@@ -4,7 +4,7 @@ Each kind of node is a function of `nodes.NODES` that makes values out of the no
 is not there yet is written down by name and replaced by the socket's own value: never silently.
 """
 
-from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -13,6 +13,7 @@ import numpy as np
 
 from ..images import Image, ImageSource, Tiles
 from ..images.sheet import Sheet
+from ..images.shelf import Shelf
 from ..images.store import Store
 from ..scene import Colour, Link, Material, Node, Note, Socket
 from .sky.disc import Disc
@@ -27,12 +28,18 @@ class Library:
 
     It is forgotten when nobody holds the source any more.  side: what both sides of images are
     limited to, 0 is no limit; spare: what their levels may take [bytes], None: there are none;
-    room: what sheets may take [bytes].
+    room: what sheets may take [bytes]; shelf: what was made for earlier scenes, if that is kept.
     """
 
-    def __init__(self, side: int = 0, spare: float | None = None, room: float = 0.0) -> None:
+    def __init__(
+        self,
+        side: int = 0,
+        spare: float | None = None,
+        room: float = 0.0,
+        shelf: Shelf | None = None,
+    ) -> None:
         self._known: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
-        self.store = Store(side, spare)
+        self.store = Store(side, spare, shelf)
         self.sheets: dict[Hashable, Sheet] = {}
         self.room = room
 
@@ -41,7 +48,7 @@ class Library:
 
         spare: what levels of images may take that are new [bytes]; room: what sheets may take.
         """
-        self.store = Store(self.store.side, spare)
+        self.store = Store(self.store.side, spare, self.store.shelf)
         self.room = room
 
     @property
@@ -52,15 +59,24 @@ class Library:
     def sheet(self, key: Hashable, make: Callable[[], Sheet]) -> Sheet | None:
         """Return a sheet, made if it is not known; None if it has no room."""
         if key not in self.sheets:
-            made = make()
+            shelf = self.store.shelf
+            made = (shelf and shelf.find(key)) or make()
             if sum(each.memory for each in (made, *self.sheets.values())) > self.room:
                 return None
             self.sheets[key] = made
         return self.sheets[key]
 
     def keep_sheets(self, used: Collection[Sheet]) -> None:
-        """Forget the sheets that are not among the used ones."""
+        """Forget the sheets that are not among the used ones; make those that are."""
         self.sheets = {key: sheet for key, sheet in self.sheets.items() if sheet in used}
+        for key, sheet in self.sheets.items():
+            sheet.pack()
+            if self.store.shelf is not None:
+                self.store.shelf.put(key, sheet)
+
+    def read(self, sources: Iterable[ImageSource]) -> None:
+        """Read the files of sources that are not known, several at the same time."""
+        self.store.read(source for source in sources if source not in self._known)
 
     def image(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
         """Return the image of a source; `notes` of it are added each time."""

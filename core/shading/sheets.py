@@ -56,8 +56,6 @@ def keep_used(surfaces: Sequence[Surface], library: Library) -> None:
     values = (part for surface in surfaces for part in surface.outputs() if part is not None)
     used = {item.static[0] for item in walk(values) if item.function is _fetch}
     library.keep_sheets(used)
-    for sheet in used:
-        sheet.pack()
 
 
 def _groups(surface: Surface) -> list[list[Value]]:

@@ -208,6 +208,71 @@ def test_pixels_come_from_the_file_unless_blender_alone_has_them(blender, tmp_pa
     assert found["config"].endswith("config.ocio")
 
 
+def second_renders(path):
+    """Render a packed image again and again; return what was read and what was seen."""
+    import bpy
+    from inside import add, empty_scene, mesh, pixels, use_exr
+
+    from penumbra.addon import engine
+    from penumbra.addon.export import images
+
+    write(path)
+    scene = empty_scene(8, 8)
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1
+    image = bpy.data.images.load(str(path / "byte.png"))
+    image.pack()
+    material = bpy.data.materials.new("Shown")
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True
+    tree = material.node_tree
+    glow, shown = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeTexImage")
+    shown.image = image
+    tree.links.new(shown.outputs[0], glow.inputs["Color"])
+    tree.links.new(glow.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    plane = mesh("Plane", [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [(0, 1, 2, 3)])
+    plane.materials.append(material)
+    plane.uv_layers.new(name="UV").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+    add("Plane", plane)
+    use_exr(scene, path / "out.exr")
+    asked, original = [], images._pixels
+
+    def counted(image):
+        asked.append(image.name)
+        return original(image)
+
+    def render():
+        bpy.ops.render.render(write_still=True)
+        return len(asked), pixels(path / "out.exr")[:, :, :3]
+
+    images._pixels = counted
+    try:
+        found = [render(), render()]
+        image.colorspace_settings.name = "Non-Color"
+        found.append(render())
+        black = np.zeros(len(image.pixels), np.float32)
+        image.pixels.foreach_set(black)
+        found.append(render())
+        image.pack()
+        found += [render(), render()]
+    finally:
+        images._pixels = original
+    engine.shelf.put("something", images.Pixels(black))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return found, engine.shelf.find("something") is None
+
+
+def test_a_packed_image_is_taken_from_blender_once_and_again_when_it_changes(blender, tmp_path):
+    pytest.importorskip("OpenImageIO")
+    found, is_empty = blender(second_renders, tmp_path)
+    counts, seen = zip(*found, strict=True)
+    assert counts == (1, 1, 2, 3, 4, 4)
+    assert seen[0].mean() > 0.05
+    np.testing.assert_array_equal(seen[0], seen[1])
+    assert seen[2].mean() > 1.1 * seen[1].mean()
+    assert not seen[3].any() and not seen[4].any() and not seen[5].any()
+    assert is_empty
+
+
 def skies():
     """Return the properties of an exported Sky Texture."""
     import bpy
