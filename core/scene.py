@@ -5,6 +5,7 @@ scene's own unit), angles radians, light in W, W/m2, W/sr or W/(sr m2) as each f
 colours in the file's scene-linear space.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Union
@@ -541,8 +542,8 @@ def _links(owner: str, *masks: int) -> None:
 def _numbers(owner: str, thing: Any, **counts: int) -> None:
     # Are fields finite numbers, and as many of them as `counts` says?
     for name, count in counts.items():
-        found = np.ravel(getattr(thing, name))
-        if found.size != count or not np.isfinite(found).all():
+        found = np.ravel(getattr(thing, name)).tolist()
+        if len(found) != count or not all(map(math.isfinite, found)):
             what = "a finite number" if count == 1 else f"{count} finite numbers"
             raise SceneError(f"{owner}: {name} is {getattr(thing, name)}, expected {what}")
 

@@ -17,7 +17,7 @@ P is `energy 2^exposure` times the colour, M the object's matrix with its scale.
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -65,8 +65,9 @@ def read_light(
         sampled=getattr(cycles, "use_multiple_importance_sampling", True),
         surface=surface,
         is_object=_ARE_OBJECTS,
+        **_extent(light),
     )
-    return Light(_shape(lamp, light), getattr(light, "normalize", True))
+    return Light(lamp, getattr(light, "normalize", True))
 
 
 def place_lamp(light: Light, to_world: NDArray[np.float64], label: Label) -> Lamp | None:
@@ -81,22 +82,21 @@ def place_lamp(light: Light, to_world: NDArray[np.float64], label: Label) -> Lam
     return replace(light.lamp, to_world=to_world, strength=strength, label=label)
 
 
-def _shape(lamp: Lamp, light: bpy.types.Light) -> Lamp:
-    """Return the lamp with the extent and the cone of the light."""
+def _extent(light: bpy.types.Light) -> dict[str, Any]:
+    """Return the fields of a lamp for the extent and the cone of the light."""
     if light.type == "SUN":
-        return replace(lamp, angle=light.angle)
+        return {"angle": light.angle}
     if light.type == "AREA":
         square = light.shape in ("SQUARE", "DISK")
-        return replace(
-            lamp,
-            size=(light.size, light.size if square else light.size_y),
-            ellipse=light.shape in ("DISK", "ELLIPSE"),
-            spread=light.spread,
-        )
-    round_lamp = replace(lamp, radius=light.shadow_soft_size, soft_falloff=light.use_soft_falloff)
+        return {
+            "size": (light.size, light.size if square else light.size_y),
+            "ellipse": light.shape in ("DISK", "ELLIPSE"),
+            "spread": light.spread,
+        }
+    ball = {"radius": light.shadow_soft_size, "soft_falloff": light.use_soft_falloff}
     if light.type == "POINT":
-        return round_lamp
-    return replace(round_lamp, spot_angle=light.spot_size, spot_blend=light.spot_blend)
+        return ball
+    return {**ball, "spot_angle": light.spot_size, "spot_blend": light.spot_blend}
 
 
 def _factor(light: Light, to_world: NDArray[np.float64]) -> float:

@@ -77,16 +77,17 @@ def _lights_any(
     origin: NDArray[np.float64],
 ) -> bool:
     """Tell whether a lamp may light boxes (M, 3) about `origin`, of link `sets` (M,)."""
-    linked = np.array([lamp.receivers >> int(each) & 1 for each in sets], bool)
+    if lamp.receivers != EVERY_SET:
+        linked = np.array([lamp.receivers >> int(each) & 1 for each in sets], bool)
+        low, high = low[linked], high[linked]
     kind = REGISTRY[lamp.kind](lamp)
-    if kind is None or not linked.any():
+    if kind is None or not len(low):
         return False
     region = kind.region(lamp, origin)
     if region is None:
         return True
 
     # Reach of each box along the normals, and as much as rounding may move it
-    low, high = low[linked], high[linked]
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     reach = region.normals @ middle.T + np.abs(region.normals) @ half.T
     sizes = (
