@@ -24,6 +24,7 @@ from .receiver import Receiver, Sample
 
 # What samples of points have each
 OF_POINTS = [item.name for item in fields(Sample)][: -len(("item", "part", "light_number"))]
+KINDS = {"seen_by": np.int32, "receivers": np.uint64, "blockers": np.uint64, "casts_shadow": bool}
 
 # Shadow rays end a little before the light, by the rounding of their direction.
 NEARLY = F32(1.0 - 2.0**-16)
@@ -190,8 +191,7 @@ def _joined(some: list[tuple[Index | None, Sample]], size: int) -> Sample:
             joined[name] = values[0]
             continue
         rows = (3,) if np.ndim(values[0]) == 2 else ()
-        kinds = [value.dtype for value in values if np.ndim(value)] or [np.result_type(*values)]
-        out = np.empty((*rows, size), kinds[0])
+        out = np.empty((*rows, size), KINDS.get(name, F32))
         for (index, _), value in zip(some, values, strict=True):
             out[..., index] = value
         joined[name] = out

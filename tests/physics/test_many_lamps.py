@@ -13,10 +13,12 @@ from penumbra.core.compile.light import compile_lamp_hulls
 from penumbra.core.geometry.mesh import bare_triangles
 from penumbra.core.lights import compile_lights
 from penumbra.core.plan import LampHulls
-from penumbra.core.scene import Lamp, RayKinds
+from penumbra.core.scene import EVERY_SET, Lamp, RayKinds
 from penumbra.core.statistics import Tally
 from penumbra.core.transport.emission import Crossing, _meet_all, _meet_by_hulls
 from penumbra.core.transport.mis import power_weight
+from penumbra.core.transport.receiver import Sample
+from penumbra.core.transport.samples import _joined
 from tests.support import scenes as s
 from tests.support.statistics import assert_same_mean
 
@@ -153,3 +155,25 @@ def test_a_million_lamps_light_a_floor_as_ten_thousand_of_their_power_do():
     few, million = floor_under(100), floor_under(1000)
     assert few.std(ddof=1) < 0.01 * few.mean()
     assert_same_mean(million, few)
+
+
+def test_samples_of_two_kinds_keep_what_each_kind_has_in_common():
+    def of(count, **common):
+        one = np.ones(count, np.float32)
+        return Sample(np.ones((3, count), np.float32), one, one[None], one, one, one, **common)
+
+    links = {"receivers": EVERY_SET, "blockers": EVERY_SET}
+    index = np.array([0, 3, 4]), np.array([1, 2])
+    few = of(3, far=np.float32(2), seen_by=3, receivers=5, blockers=1, casts_shadow=False)
+    rest = of(2, far=np.float32(2), seen_by=15, **links)
+    joined = _joined([(index[0], few), (index[1], rest)], 5)
+    assert joined.far == 2
+    for name, one, other in (
+        ("seen_by", 3, 15),
+        ("receivers", 5, EVERY_SET),
+        ("blockers", 1, EVERY_SET),
+        ("casts_shadow", False, True),
+    ):
+        found = getattr(joined, name)
+        assert found.tolist() == [one, other, other, one, one]
+    assert joined.receivers.dtype == joined.blockers.dtype == np.uint64
