@@ -27,6 +27,7 @@ class Steps:
     """What each step takes [bytes]; call it with a name for a step."""
 
     def __init__(self) -> None:
+        TRIM(0)  # what was freed before would be given back within a step
         self.start = _resident()[0]
         self.found: dict[str, dict[str, int]] = {}
 
