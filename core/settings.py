@@ -61,9 +61,10 @@ PREFILTERS = (
     ("ACCURATE", "Accurate", "They are denoised before the picture is"),
 )
 WORKERS = (
-    ("AUTO", "Automatic", "Processes where they pay: longer renders on Linux, on several threads"),
+    ("AUTO", "Automatic", "Processes where they pay: longer renders on several threads"),
     ("THREADS", "Threads", "Threads of Blender itself, which wait for each other now and then"),
-    ("PROCESSES", "Processes", "Copies of Blender that share its memory; on Linux only"),
+    ("PROCESSES", "Processes", "On Linux copies of Blender that share its memory, else fresh ones"),
+    ("FRESH", "Fresh Processes", "Processes without Blender, which take about a second to start"),
 )
 QUALITIES = (
     ("HIGH", "High", "The best"),

@@ -97,7 +97,7 @@ STATISTICS = (
         "used_light_samples", "rays", "shadow rays to each light where a camera ray meets a surface"
     ),
     Statistic("used_scatter_samples", "rays", "rays that go on from each closure there"),
-    Statistic("processes", "processes", "forked processes that did the work; 0 if threads did it"),
+    Statistic("processes", "processes", "processes that did the work; 0 if threads did it"),
     Statistic("peak_memory", "bytes", "largest memory of Blender's process and of these"),
 )
 
@@ -105,7 +105,9 @@ STATISTICS = (
 class Workers(Protocol):
     """Those who did the work."""
 
-    processes: int
+    @property
+    def processes(self) -> int:
+        """How many processes did it."""
 
     @property
     def memory(self) -> int:

@@ -1,11 +1,12 @@
-"""plan -> workers.  Who renders batches: threads of this process, or processes forked from it.
+"""plan -> workers.  Who renders batches: threads of this process, or processes.
 
 Between two calls of numpy a thread needs the interpreter, which serves one thread at a time.  A
 forked process has an interpreter of its own, and shares the memory of the scene, Embree's trees
 and all, with its parent: that takes milliseconds, however large the scene is.  A thread of the
 parent hands batches to each of them and waits, so that the order of work, the sums and their bits
 are the same.  Where a process fails, its thread does that batch and all that follow itself: what
-was wrong with the batch is then raised where it can be seen.
+was wrong with the batch is then raised where it can be seen.  Systems that cannot fork have fresh
+processes (`fresh`), which take a second to start; meanwhile the threads work themselves.
 """
 
 import contextlib
@@ -17,28 +18,25 @@ import signal
 import sys
 import threading
 import warnings
-from dataclasses import fields, replace
-from multiprocessing.connection import Connection, Pipe
+from collections.abc import Sequence
+from multiprocessing.connection import Pipe
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
+from . import fresh
 from .batches import Batch, Sums, Work
+from .fresh import LOOK, Lost
 from .plan import Plan
-from .sampling.draws import Numbers
 from .scene import Note
+from .worker import changed, differences, serve
 
 # macOS has fork, but its libraries do not survive it; what a process does is read from /proc
 CAN_FORK = sys.platform == "linux" and Path("/proc/self/stat").exists()
 LEAST = 1 << 18  # samples that are worth processes: about a tenth of a second of the cheapest
-LOOK = 0.05  # seconds between two looks at whether to stop
+LEAST_FRESH = 1 << 22  # that are worth fresh ones
 PATIENCE = 100  # looks, in all of which a process sleeps and does nothing: it waits for ever
-KEPT = 4  # chunks whose tables of random numbers a process keeps
 PR_SET_PDEATHSIG = 1  # of prctl(2)
 CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGFPE, signal.SIGILL)
-
-
-class Lost(Exception):
-    """A worker process has ended or waits for ever."""
 
 
 class Threads:
@@ -58,25 +56,41 @@ class Threads:
         """Leave nothing behind."""
 
 
+class Process(Protocol):
+    """A process that works for a thread; memory: what it has had besides what is shared [bytes]."""
+
+    memory: int
+    is_ready: bool
+    is_lost: bool
+    why: str  # it was lost, as far as is known
+
+    def look(self) -> None:
+        """See whether it is ready by now, or will never be."""
+
+    def ask(self, changes: dict[str, Any], batch: Batch, stop: threading.Event) -> Sums | None:
+        """Return the sums of a batch, None if it is stopped.  Raises: Lost."""
+
+    def close(self) -> None:
+        """End it, at once."""
+
+
 class Processes:
-    """Forked processes do the work for as many threads, which call `sample`.
+    """Processes do the work for as many threads, which call `sample`."""
 
-    processes: how many there were at first.
-    """
-
-    def __init__(self, plan: Plan, work: Work, threads: int) -> None:
+    def __init__(self, plan: Plan, work: Work, threads: int, some: Sequence[Process]) -> None:
         self._plan, self._work = plan, work
-        self._all: list[_Process] = []
+        self._all = some
         self._lost = 0
-        with contextlib.suppress(OSError):  # no memory to promise, or no more processes allowed
-            for _ in range(threads):
-                self._all.append(_Process(plan, work))
-        self.processes = len(self._all)
 
         # One for each thread; None: the thread does the work itself.
-        self._idle: queue.SimpleQueue[_Process | None] = queue.SimpleQueue()
+        self._idle: queue.SimpleQueue[Process | None] = queue.SimpleQueue()
         for number in range(threads):
-            self._idle.put(self._all[number] if number < self.processes else None)
+            self._idle.put(some[number] if number < len(some) else None)
+
+    @property
+    def processes(self) -> int:
+        """Return how many have been ready to work."""
+        return sum(process.is_ready for process in self._all)
 
     @property
     def memory(self) -> int:
@@ -87,7 +101,11 @@ class Processes:
         """Return the sums of a batch: of no samples if it is stopped."""
         process = self._idle.get()
         try:
-            if process is not None and not stop.is_set():
+            if process is not None:
+                process.look()
+                if process.is_lost:
+                    raise Lost
+            if process is not None and process.is_ready and not stop.is_set():
                 sums = process.ask(differences(self._plan, plan), batch, stop)
                 if sums is not None:
                     return sums
@@ -102,7 +120,8 @@ class Processes:
         """Return what did not go as it should."""
         if not self._lost:
             return ()
-        said = f"Workers: {self._lost} of {self.processes} processes failed; threads did their work"
+        said = f"Workers: {self._lost} of {len(self._all)} processes failed; threads did their work"
+        said += next((process.why for process in self._all if process.why), "")
         return (Note("Render settings", said),)
 
     def close(self) -> None:
@@ -114,14 +133,33 @@ class Processes:
 def hire(plan: Plan, work: Work, threads: int, pixels: int) -> Threads | Processes:
     """Return who works for `threads` threads on a picture of so many pixels."""
     samples = pixels * (plan.samples[1] - plan.samples[0])
-    if plan.workers == "PROCESSES" and not CAN_FORK:
-        return Threads(work, (Note("Render settings", "Workers: processes are for Linux only"),))
-    pays = plan.workers == "PROCESSES" or (plan.workers == "AUTO" and samples >= LEAST)
-    return Processes(plan, work, threads) if CAN_FORK and pays and threads > 1 else Threads(work)
+    forks = CAN_FORK and plan.workers != "FRESH"
+    pays = plan.workers in ("PROCESSES", "FRESH")
+    if plan.workers == "AUTO":
+        pays = samples >= (LEAST if forks else LEAST_FRESH)
+    if not pays or threads < 2:
+        return Threads(work)
+    if forks:
+        return Processes(plan, work, threads, _forked(plan, work, threads))
+    some = fresh.start(plan, work, threads)
+    if some:
+        return Processes(plan, work, threads, some)
+    said = Note("Render settings", "Workers: there is no Python to start them")
+    return Threads(work, () if plan.workers == "AUTO" else (said,))
+
+
+def _forked(plan: Plan, work: Work, count: int) -> list["_Process"]:
+    processes: list[_Process] = []
+    with contextlib.suppress(OSError):  # no memory to promise, or no more processes allowed
+        for _ in range(count):
+            processes.append(_Process(plan, work))
+    return processes
 
 
 class _Process:
     """A forked process, seen by the thread that it works for."""
+
+    is_ready, is_lost, why = True, False, ""
 
     def __init__(self, plan: Plan, work: Work) -> None:
         self.memory = 0
@@ -138,7 +176,7 @@ class _Process:
             if self.pid == 0:
                 try:
                     _prepare(parent, library, far.fileno())
-                    _serve(far, plan, work)
+                    serve(far.recv, far.send, plan, work)
                 finally:
                     os._exit(0)
         except OSError:
@@ -148,8 +186,11 @@ class _Process:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
             far.close()
 
+    def look(self) -> None:
+        """It is ready from the start."""
+
     def ask(self, changes: dict[str, Any], batch: Batch, stop: threading.Event) -> Sums | None:
-        """Return the sums of a batch, None if it is stopped."""
+        """Return the sums of a batch, None if it is stopped.  Raises: Lost."""
         idle, spent = 0, None
         try:
             self.pipe.send((changes, batch))
@@ -207,50 +248,4 @@ def _prepare(parent: int, library: Any, pipe: int) -> None:
     gc.freeze()  # else the collector would write to all shared pages
 
 
-def _serve(pipe: Connection, base: Plan, work: Work) -> None:
-    """Work until the parent closes the pipe, or something goes wrong."""
-    before, never = _memory(), threading.Event()
-    plan, last = base, dict[str, Any]()
-    kept: dict[Any, Numbers] = {}
-    while True:
-        changes, batch = pipe.recv()
-        if changes != last:
-            plan, last = changed(base, changes), changes
-
-        # Chunks share their tables, which are not sent.
-        numbers = batch.numbers
-        key = numbers.pattern, numbers.seed, numbers.first, numbers.count, numbers.total
-        if key not in kept and len(kept) == KEPT:
-            kept.pop(next(iter(kept)))
-        batch = replace(batch, numbers=kept.setdefault(key, numbers))
-        pipe.send((work(plan, batch, never), _memory() - before))
-
-
-def _memory() -> int:
-    """Return the memory of this process that is no file's [bytes] (proc(5))."""
-    for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("RssAnon"):
-            return int(line.split()[1]) << 10
-    return 0  # before Linux 4.5
-
-
-# Plans of one render differ in little, and most of them cannot be sent
-
-
-def differences(base: Plan, plan: Plan) -> dict[str, Any]:
-    """Return the fields of a plan that are not those of `base`, by name."""
-    found = {}
-    for name in (item.name for item in fields(Plan)):
-        old, new = getattr(base, name), getattr(plan, name)
-        if new is not old:
-            is_plan = isinstance(old, Plan) and isinstance(new, Plan)
-            found[name] = differences(old, new) if is_plan else new
-    return found
-
-
-def changed(base: Plan, found: dict[str, Any]) -> Plan:
-    """Return `base` with such differences."""
-    alone = found.get("alone")
-    if isinstance(alone, dict) and base.alone is not None:
-        found = {**found, "alone": changed(base.alone, alone)}
-    return replace(base, **found)
+__all__ = ["Lost", "Processes", "Threads", "changed", "differences", "hire"]

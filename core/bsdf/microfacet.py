@@ -49,13 +49,17 @@ class Model:
     reflectance: Callable[..., Vec] | None
 
 
+def _reflected(cos: Scalar, eta: Scalar) -> Scalar:
+    return fresnel.dielectric(cos, eta)[0]
+
+
 FILM = {"thickness": 1, "film_ior": 1}  # [nm], and over the index on the viewer's side
 
 MODELS = {
     model.name: model
     for model in (
         Model("unit", {}, None),
-        Model("dielectric", {"eta": 1}, lambda cos, eta: fresnel.dielectric(cos, eta)[0]),
+        Model("dielectric", {"eta": 1}, _reflected),
         Model("remapped", {"eta": 1, "f0": 3}, fresnel.remapped),
         Model("f82", {"f0": 3, "b": 3}, fresnel.f82),
         Model("conductor", {"n": 3, "k": 3}, fresnel.conductor),

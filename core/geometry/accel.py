@@ -6,7 +6,7 @@ near distance; see `surface` for how rays leave a triangle without hitting it ag
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from time import perf_counter
@@ -270,7 +270,16 @@ def _part(
         scene.is_committed = 1
     else:
         first = _upload(scene, vertices, corners, should_stop)
-    return Part(scene, np.array(first, np.int32), (vertices, corners), number, traits)
+    made_from = triangles, traits, number, is_quick
+    return Part(scene, np.array(first, np.int32), (vertices, corners), number, traits, made_from)
+
+
+def remade(triangles: Triangles, traits: Traits, number: Ids | None, is_quick: bool | None) -> Part:
+    """Build a part again, of what it was `made_from`; is_quick is None if it moves."""
+    device = rtcore.EmbreeDevice()
+    if is_quick is None:
+        return _moving(device, triangles, traits, lambda: False, number)
+    return _part(device, triangles, traits, is_quick, lambda: False, number)
 
 
 def can_move() -> bool:
@@ -298,7 +307,7 @@ def _moving(
     assert library is not None and handle is not None, "see can_move"
     part = moving_part(library, scene, handle, triangles, traits, should_stop, number)
     scene.is_committed = 1
-    return part
+    return replace(part, made_from=(triangles, traits, number, None))
 
 
 def _upload(

@@ -134,9 +134,9 @@ def moving_part(
         tuple(kept),
         number,
         traits,
-        Queries(library),
-        handle,
-        _joined(np.array(boxes)),
+        queries=Queries(library),
+        handle=handle,
+        boxes=_joined(np.array(boxes)),
     )
 
 

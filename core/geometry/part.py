@@ -49,7 +49,7 @@ class Part:
 
     That is a triangle of the table, or where some triangles are in other parts, counts into
     `number`, those of this one.  `shared` are the arrays that Embree reads and that must live as
-    long as it.
+    long as it.  made_from: what another process makes the same of, see `accel.remade`.
     """
 
     scene: Any
@@ -57,6 +57,7 @@ class Part:
     shared: tuple[Any, ...]
     number: Ids | None = None
     traits: Traits = PLAIN
+    made_from: tuple[Any, ...] = ()
 
     def closest(
         self, origin: Vec, direction: Vec, far: Scalar | None, time: Scalar | None = None

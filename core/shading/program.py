@@ -7,6 +7,7 @@ the batch, and a number that all of them share is never gathered at all.
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,11 @@ class Program:
     order: tuple[Value, ...]
     columns: dict[int, slice]
     table: NDArray[np.float32]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Tell how another process makes it again: there values are other objects."""
+        rows = [self.columns.get(id(item)) for item in self.order]
+        return _again, (self.order, rows, self.outputs, self.table)
 
     def run(
         self, wanted: Sequence[Value], order: Sequence[Value], context: Context, column: Ids | None
@@ -54,6 +60,16 @@ class Program:
                 known[id(item)] = item.function(*args, *item.static)
                 _check(item, known[id(item)], context)
         return [known[id(item)] for item in wanted]
+
+
+def _again(
+    order: tuple[Value, ...],
+    rows: Sequence[slice | None],
+    outputs: tuple[Value | None, ...],
+    table: NDArray[np.float32],
+) -> Program:
+    pairs = zip(order, rows, strict=True)
+    return Program(outputs, order, {id(item): row for item, row in pairs if row is not None}, table)
 
 
 def _check(item: Value, array: Array, context: Context) -> None:

@@ -15,6 +15,7 @@ from ..bsdf import CAMERA
 from ..geometry.accel import FAR
 from ..lights import SAMPLED_EACH, Lights, triangle
 from ..lights import Group as LampGroup
+from ..lights.kind import LampKind
 from ..plan import Plan
 from ..sampling.dimensions import LAST_ITEM, LIGHT, LIGHT_CHOICE, WORLD, dimension
 from ..sampling.draws import Draws
@@ -142,7 +143,8 @@ def _of_group(
         chosen = chosen.take(index)
         total = take(total, index)
     colour = group.colour
-    if group.kind is triangle.TRIANGLE:
+    glows = not isinstance(group.kind, LampKind)
+    if glows:
         sampled, place = triangle.sample_place(group.rows, start, u, v, plan.needs_pdf)
         if plan.emission_varies:
             assert lights.triangle_of is not None
@@ -158,7 +160,7 @@ def _of_group(
     if total is not None or depth > group.max_bounces.min():
         gain = gain * ((depth if total is None else total) <= group.max_bounces)
     pdf = matte_pdf = sampled.pdf
-    if group.kind is not triangle.TRIANGLE:
+    if not glows:
         matte_pdf = None if pdf is None else np.zeros_like(pdf)
     if pdf is not None and not group.is_met.all():
         pdf = pdf * group.is_met

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from penumbra.core import compile_plan, render, splits, workers
+from penumbra.core import compile_plan, fresh, render, splits, workers
 from penumbra.core.film.passes import PASSES
 from penumbra.core.layer import MATTES, Layer
 from penumbra.core.workers import LEAST, Threads, changed, differences, hire
@@ -136,9 +136,10 @@ def test_processes_are_for_long_renders_on_several_threads_that_want_them():
 
 def test_where_processes_cannot_be_had_threads_work_and_it_is_said(monkeypatch):
     monkeypatch.setattr(workers, "CAN_FORK", False)
+    monkeypatch.setattr(fresh, "interpreter", lambda: None)
     picture = render(plan(FLOOR), threads=2)
     assert picture.statistics["processes"] == 0
-    assert "Linux" in picture.notes[0].what
+    assert "no Python" in picture.notes[0].what
     assert isinstance(hire(plan(FLOOR, workers="AUTO"), rendering._sample, 2, LEAST), Threads)
 
 

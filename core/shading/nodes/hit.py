@@ -1,6 +1,7 @@
 """node -> Value.  Nodes that read the hit point: Light Path, Geometry, Fresnel, Layer Weight."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -41,13 +42,10 @@ def _depth(arrival: Arrival) -> object:
     return arrival.depth if arrival.total is None else arrival.total
 
 
-def _count(row: int) -> Callable[[Arrival], object]:
-    def choose(arrival: Arrival) -> object:
-        if arrival.count is None:
-            return arrival.depth if row == 0 else 0
-        return arrival.count[row]
-
-    return choose
+def _count(row: int, arrival: Arrival) -> object:
+    if arrival.count is None:
+        return arrival.depth if row == 0 else 0
+    return arrival.count[row]
 
 
 def _passed(arrival: Arrival) -> object:
@@ -66,9 +64,9 @@ LIGHT_PATH: dict[str, Value] = {
     "Is Volume Scatter Ray": Value("float", np.zeros(1, F32)),
     "Ray Length": read(_length),
     "Ray Depth": read(_counted, static=(_depth,)),
-    "Diffuse Depth": read(_counted, static=(_count(0),)),
-    "Glossy Depth": read(_counted, static=(_count(1),)),
-    "Transmission Depth": read(_counted, static=(_count(2),)),
+    "Diffuse Depth": read(_counted, static=(partial(_count, 0),)),
+    "Glossy Depth": read(_counted, static=(partial(_count, 1),)),
+    "Transmission Depth": read(_counted, static=(partial(_count, 2),)),
     "Transparent Depth": read(_counted, static=(_passed,)),
     "Portal Depth": Value("float", np.zeros(1, F32)),
 }

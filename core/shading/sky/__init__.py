@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...arrays import F32, Scalar, Vec
 from ...images import Image, make_image
@@ -94,7 +95,7 @@ def compile_sky(properties: Mapping[str, Any]) -> Sky | None:
     if kind == "PREETHAM":
         preetham = Preetham(np.array(properties["sun_direction"]), properties["turbidity"])
         matrix = rgb.astype(F32)
-        return Sky(lambda direction: matrix @ preetham.xyz(direction))
+        return Sky(functools.partial(_in_working_space, matrix, preetham))
     if kind not in _MODELS:
         return None
 
@@ -113,6 +114,11 @@ def compile_sky(properties: Mapping[str, Any]) -> Sky | None:
         return Sky(model)
     size, power = properties["sun_size"], properties["sun_intensity"]
     return Sky(model, _sun(kind, elevation, rotation, size, power, altitude, air, rgb))
+
+
+def _in_working_space(matrix: NDArray[np.float32], preetham: Preetham, direction: Vec) -> Vec:
+    light: Vec = matrix @ preetham.xyz(direction)
+    return light
 
 
 def _sun(
