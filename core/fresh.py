@@ -2,7 +2,8 @@
 
 A fresh interpreter without Blender is started, gets the frame through shared memory (`handover`),
 builds Embree's trees for itself, and says when it is ready; until then threads do its work.  It
-ends when the pipe to its parent closes, whatever it does.
+ends when the pipe to its parent closes, whatever it does.  It reports how long it has worked, so
+that hard work is told from waiting for ever, on all systems.
 """
 
 import contextlib
@@ -13,6 +14,7 @@ import re
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,11 +25,15 @@ from .handover import Block, pack, unpack
 from .plan import Plan
 
 LOOK = 0.05  # seconds between two looks at whether to stop
+BEAT = 0.5  # seconds between two reports of how long a process has worked
+PATIENCE = 200  # looks, in all of which one has done nothing: it waits for ever
+NOTHING = 0.01  # seconds of processor time: to report takes some
 READY = "ready"
 
 # What a fresh interpreter runs.  Packages above the core are not imported: they may need Blender.
 START = """
-import importlib, os, pickle, sys, types
+import importlib, os, pickle, signal, sys, types
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal's is for the parent alone
 source, sink = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
 os.dup2(os.open(os.devnull, os.O_RDWR), 1)
 path, package, folder = pickle.load(source)
@@ -63,16 +69,28 @@ class FreshProcess:
             env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
             **more,
         )
+        self._worked = 0.0
+        self._has_frame = threading.Event()  # or never will
         self._answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
         threading.Thread(target=self._read, name="penumbra-answers", daemon=True).start()
 
     def _read(self) -> None:
-        """Collect answers; None is the last."""
+        """Collect answers, among which are reports; None is the last."""
         assert self._process.stdout is not None
         with self._process.stdout as answers, contextlib.suppress(Exception):
             while True:  # whatever is wrong with an answer, it is the last
-                self._answers.put(pickle.load(answers))
+                answer = pickle.load(answers)
+                if isinstance(answer, float):
+                    self._worked = answer
+                else:
+                    self._has_frame.set()
+                    self._answers.put(answer)
+        self._has_frame.set()
         self._answers.put(None)
+
+    def wait(self) -> None:
+        """Wait until it has the frame, or has ended."""
+        self._has_frame.wait()
 
     def send(self, *things: Any) -> None:
         """Send things, one after the other.  Raises: Lost."""
@@ -94,7 +112,14 @@ class FreshProcess:
     def ask(self, changes: dict[str, Any], batch: Batch, stop: threading.Event) -> Sums | None:
         """Return the sums of a batch, None if it is stopped.  Raises: Lost."""
         self.send((changes, batch))
+        idle, worked = 0, self._worked
         while not stop.is_set():
+            idle += 1
+            if self._worked > worked + NOTHING:
+                idle, worked = 0, self._worked
+            if idle == PATIENCE:
+                self.close()
+                raise Lost
             with contextlib.suppress(queue.Empty):
                 answer = self._answers.get(timeout=LOOK)
                 if answer is None:
@@ -141,6 +166,8 @@ def _give(plan: Plan, work: Work, block: Block, processes: Sequence[FreshProcess
         for process in processes:
             with contextlib.suppress(Lost):
                 process.send(frame)
+        for process in processes:
+            process.wait()  # the block is theirs only when they have opened it
     except Exception as error:
         # What cannot be sent is not worth the picture: threads do the work, and it is said why
         for process in processes:
@@ -178,12 +205,20 @@ def serve(source: BinaryIO, sink: BinaryIO) -> None:
         finally:
             os._exit(0)
 
-    threading.Thread(target=read, daemon=True).start()
+    speaking = threading.Lock()
 
     def answer(thing: Any) -> None:
-        pickle.dump(thing, sink, 5)
-        sink.flush()
+        with speaking:
+            pickle.dump(thing, sink, 5)
+            sink.flush()
 
+    def report() -> None:
+        while True:
+            time.sleep(BEAT)
+            answer(time.process_time())
+
+    for task in (read, report):
+        threading.Thread(target=task, daemon=True).start()
     try:
         plan, work = unpack(*requests.get())
         answer(READY)

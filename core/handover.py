@@ -19,7 +19,7 @@ from uuid import uuid4
 import numpy as np
 
 from .geometry.accel import remade
-from .geometry.part import Part
+from .geometry.part import Part, with_traits
 
 ALIGNED = 64  # bytes between the starts of arrays are multiples of it
 BEHIND = 64  # bytes behind each array, which Embree may read
@@ -28,8 +28,8 @@ BEHIND = 64  # bytes behind each array, which Embree may read
 class Block:
     """Memory that other processes map: of an unlinked file, on Windows of a name.
 
-    inherited: file descriptors that they have to inherit; place: what `mapped` takes there.  It is
-    gone when nobody has it open.
+    inherited: file descriptors that they have to inherit; place: what `unpack` takes there.  It is
+    gone when nobody has it open: of a name, before the first of them has opened it.
     """
 
     def __init__(self) -> None:
@@ -52,11 +52,18 @@ class Block:
             size += -(-(length + BEHIND) // ALIGNED) * ALIGNED
         size = max(size, ALIGNED)
         if self._file is not None:
+            # A mapping would end the process where the disk is full; this raises
             os.ftruncate(self._file, size)
-        self._map = _map(self.place, size)
-        whole = np.frombuffer(self._map, np.uint8)
-        for (begin, end), part in zip(spans, parts, strict=True):
-            whole[begin:end] = np.frombuffer(part.raw(), np.uint8)
+            for (begin, _), part in zip(spans, parts, strict=True):
+                rest = part.raw()
+                while rest.nbytes:
+                    written = os.pwrite(self._file, rest, begin)
+                    begin, rest = begin + written, rest[written:]
+        else:
+            self._map = _map(self.place, size)
+            whole = np.frombuffer(self._map, np.uint8)
+            for (begin, end), part in zip(spans, parts, strict=True):
+                whole[begin:end] = np.frombuffer(part.raw(), np.uint8)
         return spans
 
     def close(self) -> None:
@@ -99,6 +106,10 @@ def unpack(data: bytes, place: int | str, spans: Sequence[tuple[int, int]]) -> A
 class _Pickler(pickle.Pickler):
     """Pickles modules by name, and trees of Embree by what they are made from."""
 
+    def __init__(self, *of: Any, **more: Any) -> None:
+        super().__init__(*of, **more)
+        self._of_tree: dict[int, Part] = {}  # the first part that has it, by the tree's id
+
     def reducer_override(self, thing: Any) -> Any:
         """Return how a thing is made again."""
         if isinstance(thing, ModuleType):
@@ -106,5 +117,8 @@ class _Pickler(pickle.Pickler):
         if isinstance(thing, MappingProxyType):
             return MappingProxyType, (dict(thing),)
         if isinstance(thing, Part):
-            return remade, thing.made_from
+            first = self._of_tree.setdefault(id(thing.scene), thing)
+            if first is not thing:  # other rays see the same tree
+                return with_traits, (first, thing.traits)
+            return remade, (*thing.made_from, thing.traits, thing.number)
         return NotImplemented

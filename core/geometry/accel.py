@@ -270,12 +270,12 @@ def _part(
         scene.is_committed = 1
     else:
         first = _upload(scene, vertices, corners, should_stop)
-    made_from = triangles, traits, number, is_quick
-    return Part(scene, np.array(first, np.int32), (vertices, corners), number, traits, made_from)
+    kept = vertices, corners
+    return Part(scene, np.array(first, np.int32), kept, number, traits, (triangles, is_quick))
 
 
-def remade(triangles: Triangles, traits: Traits, number: Ids | None, is_quick: bool | None) -> Part:
-    """Build a part again, of what it was `made_from`; is_quick is None if it moves."""
+def remade(triangles: Triangles, is_quick: bool | None, traits: Traits, number: Ids | None) -> Part:
+    """Build a part again, in another process; is_quick is None if it moves."""
     device = rtcore.EmbreeDevice()
     if is_quick is None:
         return _moving(device, triangles, traits, lambda: False, number)
@@ -307,7 +307,7 @@ def _moving(
     assert library is not None and handle is not None, "see can_move"
     part = moving_part(library, scene, handle, triangles, traits, should_stop, number)
     scene.is_committed = 1
-    return replace(part, made_from=(triangles, traits, number, None))
+    return replace(part, made_from=(triangles, None))
 
 
 def _upload(

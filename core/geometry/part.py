@@ -1,6 +1,6 @@
 """rays, one Embree scene -> hits.  A part of the scene: triangles that the same rays meet."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -49,7 +49,7 @@ class Part:
 
     That is a triangle of the table, or where some triangles are in other parts, counts into
     `number`, those of this one.  `shared` are the arrays that Embree reads and that must live as
-    long as it.  made_from: what another process makes the same of, see `accel.remade`.
+    long as it.  made_from: the table, and how the tree was built, see `accel.remade`.
     """
 
     scene: Any
@@ -104,3 +104,8 @@ class Part:
             return None if yes else NO_RAYS
         does = (blockers >> np.uint64(self.traits.blocker_set)) & np.uint64(1)
         return None if does.all() else np.flatnonzero(does)
+
+
+def with_traits(part: Part, traits: Traits) -> Part:
+    """Return a part as other rays see it."""
+    return replace(part, traits=traits)

@@ -16,6 +16,7 @@ from ..arrays import F32, Ids, Index, Scalar, Vec, take
 from ..geometry.accel import Accel, Hits
 from ..geometry.mesh import INSTANCE, MATERIAL, OFFSET, Triangles
 from ..geometry.objects import EVERY_RAY
+from ..geometry.part import with_traits
 from ..sampling.dimensions import dimension
 from ..sampling.draws import Draws
 from ..statistics import Tally
@@ -132,7 +133,7 @@ class Tracer:
 def compile_tracer(accel: Accel, own: Accel | None) -> Tracer:
     """Return how shaders trace rays in a scene; `own` are the objects that look at themselves."""
     parts = tuple(
-        replace(part, traits=replace(part.traits, seen_by=EVERY_RAY)) for part in accel.parts
+        with_traits(part, replace(part.traits, seen_by=EVERY_RAY)) for part in accel.parts
     )
     return Tracer(accel, Accel(parts, accel.triangles), own, accel.triangles)
 

@@ -16,8 +16,11 @@ import pytest
 
 from penumbra.core import fresh, render, workers
 from penumbra.core.arrays import F32
+from penumbra.core.geometry.objects import EVERY_RAY
 from penumbra.core.handover import Block, pack, unpack
+from penumbra.core.shading.tracing import compile_tracer
 from penumbra.core.workers import LEAST, LEAST_FRESH, Processes, Threads, hire
+from penumbra.tests.support import slow
 from penumbra.tools.environment import ROOT
 from tests.contract.test_workers import CASES, FLOOR, children, plan, rendering
 from tests.support import scenes as s
@@ -122,6 +125,42 @@ def test_threads_do_the_work_of_processes_that_are_killed(monkeypatch):
     np.testing.assert_array_equal(shared.film.sums, alone.film.sums)
 
 
+@pytest.mark.usefixtures("at_once")
+def test_threads_do_the_work_of_processes_that_wait_for_ever(monkeypatch):
+    ask = fresh.FreshProcess.ask
+
+    def stopped(self, *of):
+        os.kill(self._process.pid, signal.SIGSTOP)
+        return ask(self, *of)
+
+    monkeypatch.setattr(fresh, "PATIENCE", 15)
+    monkeypatch.setattr(fresh.FreshProcess, "ask", stopped)
+    alone, shared = both()
+    assert "2 of 2 processes failed" in shared.notes[0].what
+    np.testing.assert_array_equal(shared.film.sums, alone.film.sums)
+
+
+def test_processes_that_only_take_long_are_waited_for(monkeypatch, at_once):
+    monkeypatch.setattr(fresh, "PATIENCE", 30)
+    monkeypatch.setattr(rendering, "_sample", slow.sample)
+    picture = render(plan(FLOOR, samples=1, workers="FRESH"), threads=2)
+    assert picture.notes == ()
+    assert all(each.memory > 0 for each in at_once)  # they have worked
+
+
+def test_an_interrupt_of_the_terminal_is_for_the_parent_alone(monkeypatch, at_once):
+    ask = fresh.FreshProcess.ask
+
+    def interrupted(self, *of):
+        os.kill(self._process.pid, signal.SIGINT)
+        return ask(self, *of)
+
+    monkeypatch.setattr(fresh.FreshProcess, "ask", interrupted)
+    _, shared = both()
+    assert shared.notes == ()
+    assert any(each.memory > 0 for each in at_once)
+
+
 def test_threads_work_until_a_process_is_ready(monkeypatch):
     monkeypatch.setattr(fresh, "START", "import time; time.sleep(3600)")
     alone, shared = both()
@@ -224,3 +263,41 @@ def test_arrays_that_are_handed_over_are_apart_and_have_room_behind_them():
     found[0][0] = 5  # seen by nobody else
     assert unpack(data, os.dup(place) if isinstance(place, int) else place, spans)[0][0] == 0
     block.close()
+
+
+def test_parts_that_other_rays_see_keep_that_and_share_their_tree():
+    hidden = s.replace(FLOOR, name="Hidden", seen_by=replace(FLOOR.seen_by, diffuse=False))
+    accel = plan(FLOOR, hidden).accel
+    tracer = compile_tracer(accel, None)
+    block = Block()
+    data, place, spans = pack((accel, tracer), block)
+    again, traced = unpack(data, os.dup(place) if isinstance(place, int) else place, spans)
+    block.close()
+    assert len(again.parts) == len(traced.whole.parts) == len(accel.parts) > 1
+    for part, other, own in zip(again.parts, traced.whole.parts, accel.parts, strict=True):
+        assert part.scene is other.scene
+        assert part.traits == own.traits
+        assert other.traits.seen_by == EVERY_RAY
+
+
+def test_the_frame_is_kept_until_the_processes_have_it(monkeypatch):
+    """On Windows it would be gone, and what they open empty."""
+    begun, closed = [], []
+    start, close = fresh.start, Block.close
+
+    def started(*of):
+        begun.extend(start(*of))
+        return begun
+
+    def record(block):
+        closed.append([each._has_frame.is_set() for each in begun])  # or has ended
+        close(block)
+
+    monkeypatch.setattr(fresh, "START", "import time; time.sleep(3600)")
+    monkeypatch.setattr(fresh, "start", started)
+    monkeypatch.setattr(Block, "close", record)
+    both()
+    end = time.monotonic() + PATIENCE
+    while not closed and time.monotonic() < end:
+        time.sleep(0.01)
+    assert closed == [[True, True]]
