@@ -82,10 +82,9 @@ def compile_plan(
     scene = replace(scene, instances=instances)
 
     # Surfaces: a column for each material that occurs.
-    side, spare, room, sources, image_notes = image_memory(scene, settings, kept)
+    side, spare, room, image_notes = image_memory(scene, settings, kept)
     library = kept.step("library", (side, spare is None), lambda: Library(side, shelf=kept.shelf))
     library.renew(spare, room)
-    library.read(sources)
     notes += image_notes
     outputs = wanted(scene.layer)
     denoising = denoising_of(scene, settings, notes)

@@ -1,6 +1,6 @@
 """materials, images -> surfaces.  Materials, and shapes that they change."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ..film.ledger import surface_facts
 from ..geometry.accel import Accel, compile_own
-from ..images import ImageSource
-from ..images.store import fit
+from ..images.store import Asked, fit
 from ..kept import KeepNothing, Kept
 from ..scene import Instance, Link, Material, Node, Note, Scene
 from ..settings import Settings
@@ -82,6 +81,7 @@ def compile_materials(
         )
 
     def table() -> tuple[SurfaceTable, list[Note]]:
+        _read_ahead([material for material in materials if material is not None], rules, library)
         plain = surfaces("surfaces", rules)
         joined = on_sheets(plain, library)
         table = compile_table(joined, rules.shown)
@@ -96,6 +96,21 @@ def compile_materials(
 
     made_from = tuple(materials), rules, settings.blur_glossy > 0, library
     return materials, *kept.step("surface table", made_from, table)
+
+
+def _read_ahead(materials: Sequence[Material], rules: Rules, library: Library) -> None:
+    """Read the files that surfaces will ask for, several at the same time.
+
+    Graphs tell which these are: an image that nothing of the surface depends on is not read.
+    """
+    below = (source for material in materials for source in images_below(output_of(material)))
+    if len({source for source in below if source not in library}) < 2:
+        return
+    asked = Asked()
+    trial = Library(store=asked)
+    for material in materials:
+        compile_surface(_owner(material), material, rules, trial)
+    library.read(asked.sources)
 
 
 def with_tracer(
@@ -146,25 +161,25 @@ def shapes_of(
 
 def image_memory(
     scene: Scene, settings: Settings, kept: Kept
-) -> tuple[int, float | None, float, list[ImageSource], list[Note]]:
+) -> tuple[int, float | None, float, list[Note]]:
     """Return what the sides of images are limited to, so that they fit the memory; 0: nothing.
 
     And what is left for their levels [bytes], None if there shall be none, and for their sheets;
-    the images; and notes that name those that will be smaller.
+    and notes that name images that will be smaller.
     """
     materials = {id(m): m for i in scene.instances for m in i.materials if m is not None}
     glows = tuple(each.surface for each in (scene.world, *scene.lamps) if each and each.surface)
 
-    def fitted() -> tuple[int, float, list[ImageSource], list[Note]]:
+    def fitted() -> tuple[int, float, list[Note]]:
         notes: list[Note] = []
         roots = [output_of(material) for material in materials.values()]
         roots += [Node("Output", "", {"Surface": Link(glow, "Surface")}) for glow in glows]
         sources = [source for root in roots for source in images_below(root)]
         memory = settings.texture_memory * 2**30
-        return *(fit(sources, memory, notes) if sources else (0, 0.0)), sources, notes
+        return *(fit(sources, memory, notes) if sources else (0, 0.0)), notes
 
     made_from = tuple(materials.values()), glows, settings.texture_memory
-    side, spare, sources, notes = kept.step("image memory", made_from, fitted)
+    side, spare, notes = kept.step("image memory", made_from, fitted)
 
     # A byte of levels takes as long as a twentieth of a ray: a tenth of the time may go there; one
     # of sheets takes two nanoseconds, and they save some 800 for each ray, in the next renders,
@@ -174,9 +189,9 @@ def image_memory(
     room = min(spare, SHEETS * rays)
     # How wide a pixel of a panorama is depends on where it is
     if not settings.texture_filter or scene.camera.panorama is not None:
-        return side, None, room, sources, notes
+        return side, None, room, notes
     levels = min(spare, 2.0 * rays)
-    return side, levels, min(room, spare - levels), sources, notes
+    return side, levels, min(room, spare - levels), notes
 
 
 def displaced(

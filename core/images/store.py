@@ -124,6 +124,19 @@ class Store:
         return levels + sum(image.memory for image in self.images)
 
 
+class Asked(Store):
+    """Reads nothing, and knows what it was asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sources: list[ImageSource] = []
+
+    def get(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
+        """Return what is shown in place of images that are missing."""
+        self.sources.append(source)
+        return MAGENTA
+
+
 def fit(sources: Iterable[ImageSource], memory: float, notes: list[Note]) -> tuple[int, float]:
     """Return which sides images may have so that all take at most `memory`, and the rest [bytes].
 

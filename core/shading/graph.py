@@ -28,7 +28,8 @@ class Library:
 
     It is forgotten when nobody holds the source any more.  side: what both sides of images are
     limited to, 0 is no limit; spare: what their levels may take [bytes], None: there are none;
-    room: what sheets may take [bytes]; shelf: what was made for earlier scenes, if that is kept.
+    room: what sheets may take [bytes]; shelf: what was made for earlier scenes, if that is kept;
+    store: in place of one of these limits.
     """
 
     def __init__(
@@ -37,9 +38,10 @@ class Library:
         spare: float | None = None,
         room: float = 0.0,
         shelf: Shelf | None = None,
+        store: Store | None = None,
     ) -> None:
         self._known: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
-        self.store = Store(side, spare, shelf)
+        self.store = store or Store(side, spare, shelf)
         self.sheets: dict[Hashable, Sheet] = {}
         self.room = room
 
@@ -74,9 +76,12 @@ class Library:
             if self.store.shelf is not None:
                 self.store.shelf.put(key, sheet)
 
+    def __contains__(self, source: ImageSource) -> bool:
+        return source in self._known
+
     def read(self, sources: Iterable[ImageSource]) -> None:
         """Read the files of sources that are not known, several at the same time."""
-        self.store.read(source for source in sources if source not in self._known)
+        self.store.read(source for source in sources if source not in self)
 
     def image(self, source: ImageSource, notes: list[Note]) -> Image | Tiles:
         """Return the image of a source; `notes` of it are added each time."""

@@ -188,3 +188,18 @@ def test_blocks_of_an_image_and_of_its_pixels_are_the_same_memory():
     pixels[..., 0] = 9
     assert make_image(pixels).blocks() == Pixels(pixels).blocks() == Pixels(pixels[:]).blocks()
     assert list(Pixels(pixels).blocks().values()) == [64]
+
+
+def test_images_on_which_nothing_depends_are_not_read_ahead(tmp_path, reads):
+    paths = [written(tmp_path / f"{k}.png", k) for k in range(4)]
+
+    def shown(first, second):
+        images = [Node("TexImage", path, {}, {"image": source(path)}) for path in (first, second)]
+        inputs = {"Color": Link(images[0], "Color"), "Roughness": Link(images[1], "Color")}
+        return Node("BsdfDiffuse", "", inputs)
+
+    mixed = scenes.shader(shown(*paths[:2]), shown(*paths[2:]), "MixShader", 0.0)
+    plane = scenes.put(scenes.quad((1, 0, 0), (0, 1, 0)), Material("Mixed", mixed))
+    plan = compile_plan(scenes.scene(scenes.camera((0, 0, 3), (0, 0, 0)), plane), Settings())
+    assert sorted(reads) == sorted(paths[:2])
+    assert plan.prepared.textures == 2
