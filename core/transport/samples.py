@@ -24,7 +24,7 @@ from .emission import emitted, shone
 from .receiver import Receiver, Sample
 
 # What samples of points have each
-OF_POINTS = [item.name for item in fields(Sample)][: -len(("item", "part", "light_number"))]
+OF_POINTS = [item.name for item in fields(Sample)[:-3]]  # all but which one it is
 KINDS = {"seen_by": np.int32, "receivers": np.uint64, "blockers": np.uint64, "casts_shadow": bool}
 
 # Shadow rays end a little before the light, by the rounding of their direction.
@@ -116,12 +116,9 @@ def _of_chosen(
 
     # Weigh it by the probability of the choice; both densities may be one array
     np.divide(sample.gain, pmf, out=sample.gain)
-    pdf = None if sample.pdf is None else sample.pdf * pmf
-    matte_pdf = pdf
-    if sample.matte_pdf is not sample.pdf and sample.matte_pdf is not None:
-        matte_pdf = sample.matte_pdf * pmf
-    if lights.of_triangle is None:
-        matte_pdf = None
+    pdf = matte_pdf = None if sample.pdf is None else sample.pdf * pmf
+    if sample.matte_pdf is not sample.pdf:
+        matte_pdf = None if sample.matte_pdf is None else sample.matte_pdf * pmf
     return replace(sample, pdf=pdf, matte_pdf=matte_pdf, light_number=chosen)
 
 
@@ -160,8 +157,8 @@ def _of_group(
     if total is not None or depth > group.max_bounces.min():
         gain = gain * ((depth if total is None else total) <= group.max_bounces)
     pdf = matte_pdf = sampled.pdf
-    if not glows:
-        matte_pdf = None if pdf is None else np.zeros_like(pdf)
+    if not glows:  # rays from matte closures meet none of them
+        matte_pdf = None if pdf is None or lights.of_triangle is None else np.zeros_like(pdf)
     if pdf is not None and not group.is_met.all():
         pdf = pdf * group.is_met
     return Sample(
