@@ -6,7 +6,7 @@ this process and of those that it forks, from the moment when the scene is built
 
 import os
 import resource
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from time import monotonic, process_time, thread_time
 from typing import Any
@@ -45,17 +45,23 @@ def scale(
     return _of_penumbra()
 
 
-def _of_cycles() -> dict[str, Any]:
-    """Return the processor time between what Cycles says of its first and its last sample."""
+def listened(clock: Callable[[], float]) -> tuple[float, float, list[tuple[float, str]]]:
+    """Render; return when that began, how long it took, and when Blender said what meanwhile."""
     import bpy
 
     said: list[tuple[float, str]] = []
     listeners = bpy.app.handlers.render_stats
-    listeners.append(lambda text, *_: said.append((process_time(), str(text))))
-    begin = process_time()
+    listeners.append(lambda text, *_: said.append((clock(), str(text))))
+    begin = clock()
     bpy.ops.render.render()
-    whole = process_time() - begin
+    taken = clock() - begin
     listeners.pop()
+    return begin, taken, said
+
+
+def _of_cycles() -> dict[str, Any]:
+    """Return the processor time between what Cycles says of its first and its last sample."""
+    _, whole, said = listened(process_time)
     found = [when for when, text in said if "Sample " in text]
     sampling = found[-1] - found[0] if len(found) > 1 else whole
     return {"sampling": sampling, "rest": whole - sampling, "parts": {}}

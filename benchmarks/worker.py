@@ -56,14 +56,7 @@ def render_scene(
         scene.cycles.device, scene.cycles.use_light_tree = "CPU", True
         _use_best_pattern(options)
 
-    said: list[tuple[float, str]] = []
-    listeners = bpy.app.handlers.render_stats
-    listeners.append(lambda text, *_: said.append((perf_counter(), str(text))))
-    start = perf_counter()
-    bpy.ops.render.render()
-    seconds = perf_counter() - start
-    listeners.pop()
-
+    start, seconds, said = clocks.listened(perf_counter)
     if pixels:
         np.save(pixels, _pixels())
     answer: dict[str, Any] = {"seconds": seconds, "statistics": {}, "parts": {}}
