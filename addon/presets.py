@@ -25,6 +25,7 @@ NAMES = (
     "time_limit",
     "light_samples",
     "scatter_samples",
+    "path_reuse",
     "splitting",
     "use_adaptive_sampling",
     "adaptive_threshold",

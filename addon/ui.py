@@ -27,6 +27,7 @@ PANELS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "pattern",
             "light_samples",
             "scatter_samples",
+            "path_reuse",
             "splitting",
             "seed",
             "use_animated_seed",

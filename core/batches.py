@@ -44,7 +44,8 @@ class Block:
 class Batch:
     """The pixels of a block, for the samples first..end of those of `numbers`.
 
-    keeps: what its pixels have so far is remembered, to be compared with what comes.
+    keeps: what its pixels have so far is remembered, to be compared with what comes; shifts: tiles
+    of pixels that share paths lie elsewhere from sample to sample.
     """
 
     block: Block
@@ -52,6 +53,7 @@ class Batch:
     first: int
     end: int
     keeps: bool = False
+    shifts: bool = True
 
 
 @dataclass(frozen=True, eq=False)

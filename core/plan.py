@@ -65,7 +65,8 @@ class Plan:
     total_samples: int
     light_samples: int
     scatter_samples: int
-    measures: tuple[str, ...]  # which of these two are to be found by measuring
+    measures: tuple[str, ...]  # which of these, and of path_reuse, are to be found
+    path_reuse: int  # pixels that share what scattered rays find; 1: each has its own
     splitting: bool
     batch: int  # slots in flight
     workers: str  # threads, processes, or what pays
@@ -194,6 +195,7 @@ class Plan:
             "multiple importance sampling": self.needs_pdf,
             "light linking": self.links_lights or self.links_shadows,
             "filter glossy": self.blur_glossy > 0,
+            "re-use of paths": self.path_reuse > 1,
             "clamps": self.clamp_direct > 0 or self.clamp_indirect > 0,
             "alpha": self.has_alpha,
             "holdouts": self.has_held_out,

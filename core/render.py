@@ -30,6 +30,7 @@ from .sampling.draws import Draws, Numbers
 from .scene import Note
 from .splits import settled, splits_of
 from .statistics import Tally, peak_memory, summary
+from .tiles import Tiling
 from .transport.middle import look
 from .transport.path import trace
 from .transport.stars import add_stars
@@ -256,6 +257,7 @@ def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
     owners = 0 if plan.ledger is None else plan.ledger.owners
     done = 0
     sequences: dict[int, Index] = {}
+    tiling = Tiling(block.x, block.y, batch.shifts) if plan.path_reuse > 1 else None
     for first in range(batch.first, batch.end, together):
         samples = min(together, batch.end - first)
         draws, x, y = _draws(numbers, block, first, samples, sequences)
@@ -274,7 +276,8 @@ def _sample(plan: Plan, batch: Batch, stop: threading.Event) -> Sums:
         paths = Paths(rays.size, slot=slot, time=time if slot is None else take(time, slot))
         tally.rays_camera += rays.size
         tally.lap("camera")
-        found, seen = trace(plan, rays, paths, draws, tally, stop)
+        tiles = None if tiling is None else tiling.tiles(numbers.first + first, samples)
+        found, seen = trace(plan, rays, paths, draws, tally, stop, tiles)
         if stop.is_set():
             break
         row = 0

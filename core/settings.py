@@ -60,6 +60,12 @@ PREFILTERS = (
     ("FAST", "Fast", "They are denoised together with the picture"),
     ("ACCURATE", "Accurate", "They are denoised before the picture is"),
 )
+REUSES = (
+    ("AUTO", "Automatic", "Where measuring a few pixels says that it pays"),
+    ("ON", "On", "Wherever it can be"),
+    ("OFF", "Off", "Each pixel has its own paths only"),
+)
+
 WORKERS = (
     ("AUTO", "Automatic", "Processes where they pay: longer renders on several threads"),
     ("THREADS", "Threads", "Threads of Blender itself, which wait for each other now and then"),
@@ -103,6 +109,13 @@ class Settings:
         "pays",
         0,
         64,
+    )
+    path_reuse: str = _option(
+        "AUTO",
+        "Path Reuse",
+        "Whether tiles of pixels share what their scattered rays find: less noise in indirect "
+        "light, but alike within tiles; AUTO measures what pays, and has none with denoising",
+        choices=REUSES,
     )
     splitting: bool = _option(
         True,

@@ -1,31 +1,35 @@
 """plan -> plan.  How many rays pay where camera rays meet surfaces: measured before the render.
 
 Of a sample's error some is the light's (penumbrae), some that of scattered rays, and the rest of
-the pixel, the lens, the time; and each has its cost.  A few hundred pixels are rendered three
-times: as they are, with more light samples, with more scattered rays.  Error and cost are then
-known for any numbers, e0 + eL / L + eS / S and c0 + cL L + cS S, and the least product wins (cf.
+the pixel, the lens, the time; and each has its cost.  A few hundred pixels are rendered four
+times: as they are, with more light samples, with more scattered rays, with paths that tiles of
+pixels re-use.  Error and cost are then known for any numbers, e0 + eL / L + eS / S and
+c0 + cL L + cS S, where re-use makes eS smaller and cS larger, and the least product wins (cf.
 Bolin and Meyer 1997, "An Error Metric for Monte Carlo Ray Tracing", split so).  All is counted,
 nothing is timed: the same plan gives the same numbers, whatever part of the picture is rendered.
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .arrays import F32
+from .arrays import F32, Index
 from .batches import Batch, Block, Sums, Work
 from .plan import Plan
 from .sampling.draws import Numbers, pixel_keys
 from .statistics import Tally
+from .tiles import HEIGHT, SIZE, WIDTH
 
-CHOSEN = ("light_samples", "scatter_samples")  # of a plan
-COUNTS = (1, 2, 4)  # that are chosen from; the last is what is tried
+# What is chosen, of a plan, and from what; the last is what is tried
+CHOSEN = {"light_samples": (1, 2, 4), "scatter_samples": (1, 2, 4), "path_reuse": (1, SIZE)}
+TRIED = {"light_samples": 4, "scatter_samples": 4, "path_reuse": 3}  # and how long a try may take
+REUSE = "path_reuse"
+TWICE = (0, 1)
 SHARE = 0.015  # of the picture's samples, that measuring may take
 FEWEST, MOST = 192, 4096  # pixels that are looked at; of a Cornell box 218 choose as 436 do
 SAMPLES = 4  # of each of them, twice
@@ -56,12 +60,20 @@ def settled(
     if not pixels:
         return replace(plan, measures=())
     plain = replace(plan, ledger=None)  # passes do not change what pays
-    tries = [plain] + [_with(plain, {name: COUNTS[-1]}) for name in plan.measures]
+    tries = {name: _with(plain, {name: CHOSEN[name][-1]}) for name in plan.measures}
+    shares = tries.pop(REUSE, None)
 
     # Every pixel twice, by other numbers, none of which are those of the picture
     numbers = Numbers("SOBOL", plan.seed ^ APART, 0, SAMPLES, SAMPLES, SEQUENCES, {})
-    batch = Batch(_spread(plan, pixels), numbers, 0, SAMPLES)
-    futures = [pool.submit(sample, each, batch, stop) for each in tries]
+    work = [
+        (each, _spread(plan, pixels, time)) for each in (plain, *tries.values()) for time in TWICE
+    ]
+    if shares is not None:  # where neighbours are looked at, which are too alike for the others
+        work += [(each, _tiles(plan, pixels, time)) for each in (plain, shares) for time in TWICE]
+    futures = [
+        pool.submit(sample, each, Batch(block, numbers, 0, SAMPLES, shifts=False), stop)
+        for each, block in work
+    ]
     for future in futures:
         while not future.done():
             wait_for(future)
@@ -70,9 +82,14 @@ def settled(
         return plan
 
     # What they cost, and how far the two are apart
-    means = np.stack([each.values[:3].astype(np.float64) / SAMPLES for each in sums])
-    errors = _errors(means.reshape(len(tries), 3, 2, pixels))
-    best = choose(plan.measures, errors, [_cost(each.tally) for each in sums])
+    pairs = list(zip(sums[::2], sums[1::2], strict=True))
+    costs = [_cost(one.tally) + _cost(two.tally) for one, two in pairs]
+    errors = _errors(pairs[: 1 + len(tries)])
+    if shares is not None:
+        own, shared = _errors(pairs[-2:])
+        errors.append(errors[0] * shared / own if own else errors[0])
+        costs[-2:] = [costs[0] * costs[-1] / costs[-2]]
+    best = choose((*tries, *((REUSE,) if shares is not None else ())), errors, costs)
     return replace(_with(plan, best), measures=())
 
 
@@ -84,22 +101,49 @@ def splits_of(plan: Plan) -> dict[str, int]:
 def choose(names: tuple[str, ...], errors: list[float], costs: list[float]) -> dict[str, int]:
     """Return the number of each name whose product of error and cost is least.
 
-    The first error and cost are those of one each; the others have the last of COUNTS of one name.
+    The first error and cost are those of one each; the others have the last of CHOSEN of one name.
     """
-    most = COUNTS[-1]
-    shares = [max(errors[0] - error, 0.0) / (1 - 1 / most) for error in errors[1:]]
-    steps = [max(cost - costs[0], 0.0) / (most - 1) for cost in costs[1:]]
-    if sum(shares) > errors[0]:  # better than one over the number: patterns do that, and noise
-        shares = [share * errors[0] / sum(shares) for share in shares]
-    fixed_error = errors[0] - sum(shares)
-    fixed_cost = max(costs[0] - sum(steps), 0.0)
-    best, least = (1,) * len(names), GAIN * errors[0] * costs[0]
-    for counts in product(COUNTS, repeat=len(names)):
-        error = fixed_error + sum(e / n for e, n in zip(shares, counts, strict=True))
-        cost = fixed_cost + sum(c * n for c, n in zip(steps, counts, strict=True))
+    tried = dict(zip(names, zip(errors[1:], costs[1:], strict=True), strict=True))
+    plain = errors[0], costs[0]
+    light_error, light_cost = _share_of("light_samples", tried, plain)
+    rays_error, rays_cost = _share_of("scatter_samples", tried, plain)
+
+    # Re-use takes a part of the error of scattered rays away
+    shared_error = shared_cost = 0.0
+    if "path_reuse" in tried:
+        shared_error = max(errors[0] - tried["path_reuse"][0], 0.0)
+        shared_cost = max(tried["path_reuse"][1] - costs[0], 0.0)
+        rays_error = max(rays_error, shared_error)
+    total = light_error + rays_error
+    if total > errors[0]:  # better than one over the number: patterns do that, and noise
+        light_error, rays_error, shared_error = (
+            each * errors[0] / total for each in (light_error, rays_error, shared_error)
+        )
+    fixed_error = errors[0] - light_error - rays_error
+    fixed_cost = max(costs[0] - light_cost - rays_cost, 0.0)
+
+    best = dict.fromkeys(names, 1)
+    least = GAIN * errors[0] * costs[0]
+    for counts in product(*(CHOSEN[name] for name in names)):
+        numbers = dict(zip(names, counts, strict=True))
+        light, rays = numbers.get("light_samples", 1), numbers.get("scatter_samples", 1)
+        shares = numbers.get("path_reuse", 1) > 1
+        error = fixed_error + light_error / light + (rays_error - shares * shared_error) / rays
+        cost = fixed_cost + light_cost * light + (rays_cost + shares * shared_cost) * rays
         if error * cost < least and cost <= COSTLIEST * costs[0]:
-            best, least = counts, error * cost
-    return dict(zip(names, best, strict=True))
+            best, least = numbers, error * cost
+    return best
+
+
+def _share_of(
+    name: str, tried: dict[str, tuple[float, float]], plain: tuple[float, float]
+) -> tuple[float, float]:
+    """Return what of the plain error and cost changes with a number, each at least 0."""
+    if name not in tried:
+        return 0.0, 0.0
+    most = CHOSEN[name][-1]
+    error, cost = tried[name]
+    return max(plain[0] - error, 0.0) / (1 - 1 / most), max(cost - plain[1], 0.0) / (most - 1)
 
 
 def _pixels(plan: Plan) -> int:
@@ -108,26 +152,45 @@ def _pixels(plan: Plan) -> int:
     if plan.adaptive is not None:
         samples = min(samples, ADAPTIVE_SAMPLES)
     whole = plan.frame_width * plan.frame_height
-    tries = 2 * SAMPLES * (1 + COUNTS[-1] * len(plan.measures))
+    tries = 2 * SAMPLES * (1 + sum(TRIED[name] for name in plan.measures))
     pixels = min(int(SHARE * whole * samples / tries), MOST, whole)
     return pixels if pixels >= FEWEST else 0
 
 
-def _spread(plan: Plan, count: int) -> Block:
-    """Return pixels spread evenly over the whole frame, twice (Roberts 2018, the R2 sequence)."""
+def _spread(plan: Plan, count: int, time: int) -> Block:
+    """Return pixels spread evenly over the whole frame (Roberts 2018, the R2 sequence)."""
+    column, row = _places(count, plan.frame_width, plan.frame_height)
+    return _block(plan, column, row, time)
+
+
+def _tiles(plan: Plan, count: int, time: int) -> Block:
+    """Return whole tiles of pixels, spread likewise."""
+    across, down = max(plan.frame_width // WIDTH, 1), max(plan.frame_height // HEIGHT, 1)
+    column, row = _places(max(count // SIZE, 1), across, down)
+    inside = np.arange(SIZE)
+    column = np.add.outer(column * WIDTH, inside % WIDTH).reshape(-1)
+    row = np.add.outer(row * HEIGHT, inside // WIDTH).reshape(-1)
+    return _block(plan, column, row, time)
+
+
+def _places(count: int, width: int, height: int) -> tuple[Index, Index]:
     number = np.arange(count) + 0.5
-    column = (number * 0.7548776662466927 % 1.0 * plan.frame_width).astype(np.int64)
-    row = (number * 0.5698402909980532 % 1.0 * plan.frame_height).astype(np.int64)
-    pixel = row * plan.frame_width + column
-    key = np.concatenate([pixel_keys(plan.seed ^ APART + time, pixel) for time in (0, 1)])
-    x, y = np.tile(column, 2).astype(F32), np.tile(row, 2).astype(F32)
-    return Block(slice(0, 2 * count), key, x, y)
+    column = (number * 0.7548776662466927 % 1.0 * width).astype(np.int64)
+    row = (number * 0.5698402909980532 % 1.0 * height).astype(np.int64)
+    return column, row
 
 
-def _errors(means: NDArray[np.float64]) -> list[float]:
-    """Return the squared relative error of each try; means (tries, 3, 2, pixels)."""
-    mean = means.mean(axis=(0, 2))
-    squared = (means[:, :, 0] - means[:, :, 1]) ** 2 / (2 * (mean * mean + 0.01))
+def _block(plan: Plan, column: Index, row: Index, time: int) -> Block:
+    """Return pixels with the keys of the first or the second time."""
+    key = pixel_keys(plan.seed ^ APART + time, row * plan.frame_width + column)
+    return Block(slice(0, key.size), key, column.astype(F32), row.astype(F32))
+
+
+def _errors(pairs: Sequence[tuple[Sums, Sums]]) -> list[float]:
+    """Return the squared relative error of each try, of which there are two of the same pixels."""
+    means = np.stack([[s.values[:3].astype(np.float64) / SAMPLES for s in pair] for pair in pairs])
+    mean = means.mean(axis=(0, 1))
+    squared = (means[:, 0] - means[:, 1]) ** 2 / (2 * (mean * mean + 0.01))
     return [float(each) for each in np.minimum(squared, BRIGHTEST).mean(axis=(1, 2))]
 
 

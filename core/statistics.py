@@ -97,6 +97,7 @@ STATISTICS = (
         "used_light_samples", "rays", "shadow rays to each light where a camera ray meets a surface"
     ),
     Statistic("used_scatter_samples", "rays", "rays that go on from each closure there"),
+    Statistic("used_path_reuse", "pixels", "pixels of a tile that share what those find"),
     Statistic("processes", "processes", "processes that did the work; 0 if threads did it"),
     Statistic("peak_memory", "bytes", "largest memory of Blender's process and of these"),
 )

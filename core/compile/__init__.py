@@ -46,6 +46,7 @@ from .limits import (
 )
 from .materials import compile_materials, displaced, image_memory, shapes_of, with_tracer, worn
 from .picture import catchers_alone, denoising_of, ledger_of, note_guides, spread_of
+from .reuse import with_reuse
 
 T = TypeVar("T", Instance, Stars)
 
@@ -271,6 +272,7 @@ def compile_plan(
         scatter_samples=settings.scatter_samples or 1,
         measures=measures_of(settings, surfaces, max_bounces, samples_lights),
         splitting=settings.splitting,
+        path_reuse=1,
         batch=batch_of(settings, scene.camera, surfaces, max_bounces),
         workers=settings.workers,
         time_limit=settings.time_limit,
@@ -317,7 +319,9 @@ def compile_plan(
         notes=tuple(dict.fromkeys(notes)),
         prepared=prepared,
     )
-    return replace(plan, alone=catchers_alone(plan)) if has_catchers else plan
+    if has_catchers:
+        plan = replace(plan, alone=catchers_alone(plan))
+    return with_reuse(plan, settings)
 
 
 def any_moves(scene: Scene) -> bool:

@@ -126,6 +126,23 @@ class Accel:
         tally.embree += perf_counter() - start
         return np.negative(free, out=free).astype(F32)
 
+    def unmet(
+        self, origin: Vec, direction: Vec, far: Scalar, kind: int, tally: Tally
+    ) -> NDArray[np.bool_]:
+        """Tell which rays (3, N) of a kind meet no surface at all before `far` (N,) x direction.
+
+        What lets light through counts as well; a far < 0 gives False.
+        """
+        start = perf_counter()
+        free = _nothing_met(far)
+        for part in self.parts:
+            if part.traits.seen_by & kind:
+                seen = part.free(origin, direction, far, None)
+                np.bitwise_and(free, seen, out=free)
+        tally.embree += perf_counter() - start
+        unmet: NDArray[np.bool_] = free != 0
+        return unmet
+
     def transmittance(
         self,
         origin: Vec,

@@ -7,7 +7,7 @@ Owen Scrambling": pairs are made independent by shuffling); the sample is the ro
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any
 
@@ -104,12 +104,14 @@ class Draws:
     key (slots,) uint32 of each slot's pixel and branch; row (slots,) int32, the slot's sample
     counted from the chunk's first one, or one int for all.  sequences: by dimension, the sequence
     (slots,) that each slot has there, as far as asked; waves of the same keys may share them.
+    column (slots,): which of the keys and rows is a slot's, None is its own.
     """
 
     numbers: Numbers
     key: Keys
     row: NDArray[np.int32] | int
     sequences: dict[int, Index] = field(default_factory=dict)
+    column: Index | None = None
 
     def pair(
         self,
@@ -124,6 +126,8 @@ class Draws:
         The item-th of `split` draws of one sample is sample s x split + item of the sequence.
         """
         row = self.row
+        if slot is not None and self.column is not None:
+            slot = self.column.take(slot)
         if slot is not None and not isinstance(row, int):
             row = row.take(slot)
         if not is_stratified(dimension):
@@ -156,13 +160,23 @@ class Draws:
 
     def branch(self, slot: Index, number: int) -> "Draws":
         """Return draws with one more slot for each of `slot`, keyed as their branch `number`."""
+        column = self.column
+        if column is not None:
+            new = np.arange(self.key.size, self.key.size + slot.size)
+            slot, column = column.take(slot), np.concatenate([column, new])
         key = hash32(self.key.take(slot) + np.uint32(number * GOLDEN & 0xFFFFFFFF))
         row = (
             self.row
             if isinstance(self.row, int)
             else np.concatenate([self.row, self.row.take(slot)])
         )
-        return Draws(self.numbers, np.concatenate([self.key, key]), row)
+        return Draws(self.numbers, np.concatenate([self.key, key]), row, {}, column)
+
+    def twin(self, slot: Index) -> "Draws":
+        """Return draws with one more slot for each of `slot`, with the same numbers."""
+        column = np.arange(self.key.size) if self.column is None else self.column
+        column = np.concatenate([column, column.take(slot)])
+        return replace(self, column=column)
 
 
 def _independent(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import F32, Ids, Index, Scalar, Vec, dot, frame, normalize, take
-from ..bsdf import DIFFUSE, GLOSSY, REGISTRY
+from ..bsdf import DIFFUSE, GLOSSY, REGISTRY, diffuse
 from ..geometry.attributes import Asked
 from ..geometry.surface import Points
 from .attributes import asked_by
@@ -25,6 +25,7 @@ from .surface import Lobe, Surface
 from .telling import tells_kinds
 from .tracing import looks
 from .values import Array, Value, walk
+from .viewed import View, Viewed, view_of
 
 MOST_LIVE = 0.75  # where closures have weight at more of their points, none is left out
 
@@ -95,7 +96,8 @@ class LobeAt:
     share (n,) or (1,) is the probability with which it is chosen to go on, None is 1; odds the same
     where all go on, None where nobody asks; smooth (3, n) are the shading normals of the points if
     the closure has its own, else None, and softening what then dims light near the terminator;
-    number: which of its program's closures it is.
+    number: which of its program's closures it is; viewed: its weight from elsewhere, None where it
+    is the same, or some points were taken.
     """
 
     module: Any
@@ -107,6 +109,7 @@ class LobeAt:
     odds: Scalar | None = None
     number: int = 0
     softening: str = "MICROFACET"
+    viewed: Viewed | None = None
 
     def take(self, index: Index) -> "LobeAt":
         """Return the closure at the points of `index`."""
@@ -164,6 +167,12 @@ class Shaded:
     index: Index | None
     size: int
     lobes: tuple[LobeAt, ...]
+    matte_number: int | None = None
+
+    @property
+    def matte(self) -> LobeAt | None:
+        """The closure that sends the same to all directions, if there is just one."""
+        return None if self.matte_number is None else self.lobes[self.matte_number]
 
     @property
     def scatters(self) -> bool:
@@ -190,6 +199,8 @@ class Recipe:
     softening: str
     facts: tuple[Value, ...] = ()
     facts_order: tuple[Value, ...] = ()
+    view: View | None = None  # of the weight of the one matte closure
+    matte_number: int | None = None  # its number
 
     def shade(
         self,
@@ -227,9 +238,14 @@ class Recipe:
             is_weighed = len(self.lobes) > 1 and (is_chosen or (has_odds and self.mixes_kinds))
             share = known[id(lobe.importance)] if is_weighed else None
             smooth = None if lobe.normal is None else context.normal
+            viewed = None
+            if self.view is not None and self.view.matters and len(lobes) == self.matte_number:
+                kept = {id(item): known[id(item)] for item in self.view.kept}
+                viewed = Viewed(self.view, self.program, context, column, kept)
             made = module, weight, parameters, frames[key], share, smooth
-            lobes.append(LobeAt(*made, None, len(lobes), self.softening))
-        return Shaded(context.index, context.size, tuple(_normalized(lobes, is_chosen)))
+            lobes.append(LobeAt(*made, None, len(lobes), self.softening, viewed))
+        own = tuple(_normalized(lobes, is_chosen))
+        return Shaded(context.index, context.size, own, self.matte_number)
 
     @cached_property
     def mixes_kinds(self) -> bool:
@@ -531,6 +547,11 @@ def _recipe(members: list[Surface]) -> Recipe:
         scattering += [lobe.weight, *lobe.parameters]
         scattering += [lobe.importance] if len(first.lobes) > 1 else []
         scattering += [part for part in (lobe.normal, lobe.tangent) if part is not None]
+    matte = [number for number, lobe in enumerate(first.lobes) if lobe.closure == diffuse.NAME]
+    view = view_of(first.lobes[matte[0]].weight) if len(matte) == 1 else None
+    if view is not None and view.is_near:
+        view = None
+    scattering += view.kept if view is not None else ()
 
     def order(output: Value | None) -> tuple[Value, ...]:
         return () if output is None else tuple(walk([output]))
@@ -553,4 +574,6 @@ def _recipe(members: list[Surface]) -> Recipe:
         first.softening,
         facts,
         tuple(walk(facts)),
+        view,
+        None if view is None else matte[0],
     )

@@ -5,6 +5,7 @@ none.
 """
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -116,6 +117,14 @@ class Context:
     def wo(self) -> Vec:
         """Unit directions (3, n) to the viewer."""
         return np.negative(self.of(self.points.arriving))
+
+    def seen_from(self, wo: Vec) -> "Context":
+        """Return the context of the same points, seen from unit directions (3, n)."""
+        other = copy(self)
+        vars(other).update(wo=wo, _beside={})
+        for name in ("valid_normal", "cosine", "reflection"):
+            vars(other).pop(name, None)
+        return other
 
     @cached_property
     def valid_normal(self) -> Vec:

@@ -59,3 +59,6 @@ BACK = read(_back)  # 1 where the surface is seen from behind
 BLUR = read(_blur)  # the least roughness alpha that filter glossy asks for
 FROM_CAMERA = read(_from_camera)  # 1 where the ray comes from the camera
 AFTER_MATTE = read(_after_matte)  # 1 where the ray comes from a matte surface
+
+# Steps that depend on the viewer's direction
+OF_VIEWER = _valid_normal, _cosine, _facing, _normal_cosine

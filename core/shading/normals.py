@@ -41,6 +41,9 @@ def cosine_at(normal: Value) -> Value:
     return read(_cosine_at, normal, kind=FLOAT)
 
 
+OF_VIEWER = _valid, _cosine_at  # steps that depend on the viewer's direction
+
+
 # --- Bump ---------------------------------------------------------------------------------------
 
 

@@ -5,7 +5,7 @@ become columns of a table, gathered by material.  So a hundred plain materials c
 the batch, and a number that all of them share is never gathered at all.
 """
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from ..arrays import CHECKED, F32, Ids, check
 from .context import Context
 from .values import FLOAT, SEVERAL, Array, Value, walk
+
+NOTHING: Mapping[int, Array] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,14 +38,20 @@ class Program:
         return _again, (self.order, rows, self.outputs, self.table)
 
     def run(
-        self, wanted: Sequence[Value], order: Sequence[Value], context: Context, column: Ids | None
+        self,
+        wanted: Sequence[Value],
+        order: Sequence[Value],
+        context: Context,
+        column: Ids | None,
+        given: Mapping[int, Array] = NOTHING,
     ) -> list[Array]:
         """Return the arrays of the values `wanted` at the points of a context.
 
         `order` is `walk(wanted)`; column (n,) int32 is the material's column of the table, None
-        where there is one.  Constants come back with the shape (1,) or (3, 1).
+        where there is one; given: arrays of steps that are not in the order, by the values' ids.
+        Constants come back with the shape (1,) or (3, 1).
         """
-        known: dict[int, Array] = {}
+        known: dict[int, Array] = dict(given)
         for item in order:
             rows = self.columns.get(id(item))
             if rows is not None:

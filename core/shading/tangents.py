@@ -44,3 +44,6 @@ def _turned(context: Context, tangent: Array, turn: Array, normal: Array) -> Vec
     turned += cross(normal, tangent) * sine
     turned += normal * (dot(normal, tangent) * (F32(1) - cosine))
     return turned
+
+
+OF_VIEWER = (around_z,)  # steps that depend on the viewer's direction

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import F32, Index, Scalar, Vec, check, dot, take
-from ..bsdf import DIFFUSE, GLOSSY, lit_as, shown_as
+from ..bsdf import DIFFUSE, GLOSSY, diffuse, lit_as, shown_as
 from ..film import ledger
 from ..geometry.accel import FAR
 from ..geometry.surface import Points
@@ -78,9 +78,15 @@ def add(
     if only is not None:
         total = only.weight * total
     is_direct = None if to.total is None else to.total == 0
+    if total.ndim == 3:
+        assert to.matte_slot is not None
+        radiance.add(total[0], to.slot, depth, is_direct)
+        radiance.add(total[1], to.matte_slot, depth, is_direct)
+        return
     if total.shape != (3, to.points.size):
         total = np.broadcast_to(total, (3, to.points.size))
-    radiance.add(total, to.slot, depth, is_direct)
+    slot = to.slot if to.matte_slot is None else to.matte_slot  # nothing else is lit
+    radiance.add(total, slot, depth, is_direct)
 
 
 def _add_sorted(
@@ -124,7 +130,7 @@ def _receiver(
     lobe = paths.scattered_by if is_sorted else None
     if count > WORTH_COMPACTING * points.size:
         way = paths.slot, paths.total, arrival, paths.passed
-        return Receiver(points, tuple(lit), *way, is_sorted, lobe, copies)
+        return Receiver(points, tuple(lit), *way, is_sorted, lobe, copies, paths.matte_slot)
 
     # Leave the others out; what is left stands in the order of the programs.
     index = np.concatenate([each.index for each in lit if each.index is not None])
@@ -140,7 +146,8 @@ def _receiver(
     passed = take(paths.passed, index)
     way = slot, total, arrival, passed
     lobe = take(lobe, index)
-    return Receiver(points.take(index), tuple(moved), *way, is_sorted, lobe, copies)
+    matte = take(paths.matte_slot, index)
+    return Receiver(points.take(index), tuple(moved), *way, is_sorted, lobe, copies, matte)
 
 
 # --- Scattering and shadow ----------------------------------------------------------------------
@@ -242,6 +249,8 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
         return value * sample.gain * sample.light
     if to.is_sorted:
         return _scattered_by_lobe(plan, to, sample)
+    if to.matte_slot is not None and any(len(each.lobes) > 1 for each in to.shaded):
+        return _scattered_apart(plan, to, sample)
     total = np.zeros((3, to.points.size), F32)
     for shaded in to.shaded:
         light: Vec | None = None
@@ -271,6 +280,32 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
         else:
             for channel, values in zip(total, light, strict=True):
                 channel[shaded.index] = values
+    total *= sample.gain
+    total *= sample.light
+    return total
+
+
+def _scattered_apart(plan: Plan, to: Receiver, sample: Sample) -> np.ndarray:
+    """Return light (2, 3, n): of all other closures, and of the matte ones."""
+    total = np.zeros((2, 3, to.points.size), F32)
+    for shaded in to.shaded:
+        for each in shaded.lobes:
+            if not each.is_alive:
+                continue
+            live, lobe, index = each.live, each.there, shaded.index
+            if live is not None:
+                index = live if index is None else index.take(live)
+            value = _of_closure(to, lobe, index, sample)
+            if value is None:
+                continue
+            if plan.shifts_terminators:
+                value = _shifted(plan, to, value, lobe, index, sample)
+            value = lobe.weight * value
+            for channel, values in zip(total[int(lobe.module is diffuse)], value, strict=True):
+                if index is None:
+                    channel += values
+                else:
+                    channel[index] += values
     total *= sample.gain
     total *= sample.light
     return total

@@ -19,18 +19,26 @@ from ..plan import Plan
 from ..sampling.draws import Draws
 from ..shading import Shaded
 from ..statistics import Tally
+from ..tiles import Tiles
 from . import direct, emission
 from .arrival import describe, retire
 from .catcher import Caught, catch, gather
 from .holdout import add_held_out, add_holdout, hold_out
 from .radiance import Radiance
 from .record import record, record_far_away
+from .reuse import Reuse
 from .scatter import NO_RAYS, pass_straight, scatter, splits_lobes
 from .state import Paths, Rays
 
 
 def trace(
-    plan: Plan, rays: Rays, paths: Paths, draws: Draws, tally: Tally, stop: threading.Event
+    plan: Plan,
+    rays: Rays,
+    paths: Paths,
+    draws: Draws,
+    tally: Tally,
+    stop: threading.Event,
+    tiles: Tiles | None = None,
 ) -> tuple[tuple[Vec | Scalar, ...], list[Seen]]:
     """Follow camera rays to their ends; return what the film's passes ask for, (rows, slots).
 
@@ -49,7 +57,8 @@ def trace(
     )
     start = rays, paths, draws
     if plan.alone is None:
-        _follow(plan, *start, 0, radiance, tally, stop, None)
+        reuse = None if tiles is None else Reuse(tiles, plan.scatter_samples, draws.key.size)
+        _follow(plan, *start, 0, radiance, tally, stop, None, reuse)
         light, holes, _ = radiance.fold()
         found: tuple[Vec | Scalar, ...] = (light,)
         if holes is not None:
@@ -82,6 +91,7 @@ def _follow(
     tally: Tally,
     stop: threading.Event,
     caught: list[Caught] | None,
+    reuse: Reuse | None = None,
 ) -> None:
     """Follow paths to their ends, or to shadow catchers if `caught` collects what meets them."""
     while rays.size and not stop.is_set():
@@ -101,7 +111,7 @@ def _follow(
         if caught is not None:
             paths, points, some = catch(plan, paths, points, draws, depth, radiance)
             caught += [] if some is None else [some]
-        rays, paths, draws = _bounce(plan, paths, points, draws, depth, radiance, tally)
+        rays, paths, draws = _bounce(plan, paths, points, draws, depth, radiance, tally, reuse)
         depth += 1
     if radiance.is_timed:
         radiance.charge(None)
@@ -115,6 +125,7 @@ def _bounce(
     depth: int,
     radiance: Radiance,
     tally: Tally,
+    reuse: Reuse | None = None,
 ) -> tuple[Rays, Paths, Draws]:
     """Add the light that paths get at points; return how they go on."""
     arrival = describe(plan, paths, depth, draws, tally)
@@ -150,10 +161,17 @@ def _bounce(
         )
         tally.vertices += paths.size
         tally.lap("shading")
+        if reuse is not None and depth == 0:
+            reuse.depart(points, shaded, paths)
+        elif reuse is not None and depth == 1:
+            paths, parents = reuse.meet(plan, paths, points, shaded, radiance, tally)
+            draws = draws.twin(parents) if parents.size else draws
+        tally.lap("scatter")
         if plan.has_lights:
             direct.add(plan, points, shaded, paths, draws, depth, radiance, tally)
             tally.lap("lights")
-    scattered = scatter(plan, paths, points, shaded, pieces, draws, depth, radiance, tally)
+    way = draws, depth, radiance, tally, reuse
+    scattered = scatter(plan, paths, points, shaded, pieces, *way)
     tally.lap("scatter")
     return scattered
 

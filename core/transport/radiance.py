@@ -4,6 +4,7 @@ A slot that splits keeps one branch and gets a new slot for each other one.  Slo
 unique, parents too, so every addition is a plain indexed one.
 """
 
+from collections.abc import Callable
 from time import thread_time
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from ..arrays import F32, Index, Scalar, Vec, check
 from ..film.cryptomatte import Seen
 from ..film.ledger import Ledger
+
+Spread = Callable[[Vec, int, int], None]  # of light (3, slots), from the first slot to the last
 
 
 class Radiance:
@@ -45,6 +48,7 @@ class Radiance:
         self._is_black = True
         self._limits = clamp_direct, clamp_indirect
         self._parents: list[Index] = []
+        self._spreads: dict[int, Spread] = {}
 
     def twin(self, keeps_book: bool = False) -> "Radiance":
         """Return one that is empty and has the same slots, for other light of the same paths.
@@ -118,9 +122,14 @@ class Radiance:
         assert self.background is not None
         self.background[:, slot] += light * _kept(light, self._limits[0])
 
-    def branch(self, parent: Index) -> Index:
-        """Return new slots, one for each of the slots `parent` (n,)."""
+    def branch(self, parent: Index, spread: Spread | None = None) -> Index:
+        """Return new slots, one for each of the slots `parent` (n,).
+
+        `spread` shares out their light at the end; None adds it to that of the parents.
+        """
         first = self.total.shape[1]
+        if spread is not None:
+            self._spreads[len(self._parents)] = spread
         self._parents.append(parent)
         self.total = np.concatenate([self.total, np.zeros((3, parent.size), F32)], axis=1)
         if self.holes is not None:
@@ -139,8 +148,11 @@ class Radiance:
         The book and what was seen are then of the first slots, too.
         """
         end = self.total.shape[1]
-        for parent in reversed(self._parents):
+        for number, parent in reversed(list(enumerate(self._parents))):
             start = end - parent.size
+            if number in self._spreads:
+                self._spreads[number](self.total, start, end)
+                self.total[:, start:end] = 0
             for array in (self.total, self.holes, self.background, self.book):
                 if array is not None:
                     array[..., parent] += array[..., start:end]

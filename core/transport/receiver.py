@@ -19,7 +19,8 @@ class Receiver:
     shaded counts its points within these.  arrival: how lamps see rays to them, None where no lamp
     asks; passed (N,): transparent surfaces on the way to the points, None is 0.  is_sorted: light
     is wanted by lobe, of paths that were first scattered_by (N,), None is nothing yet.  copies:
-    how many rays go on from each closure.
+    how many rays go on from each closure; matte_slot (N,): where light of matte closures goes, None
+    is the same slot.
     """
 
     points: Points
@@ -31,6 +32,7 @@ class Receiver:
     is_sorted: bool = False
     scattered_by: NDArray[np.uint8] | None = None
     copies: int = 1
+    matte_slot: Index | None = None
 
     @property
     def only(self) -> LobeAt | None:

@@ -21,6 +21,7 @@ from ..bsdf import (
     SINGULAR,
     STRAIGHT,
     TRANSMISSION,
+    diffuse,
     sent_as,
     shown_as,
     transparent,
@@ -36,12 +37,9 @@ from ..statistics import Tally
 from .labels import Label, Senders
 from .lazy import Lazy
 from .radiance import Radiance
+from .reuse import Reuse
+from .roulette import FAINT, FAINT_IN_VIEW
 from .state import Paths, Rays, join
-
-# A path whose throughput falls below this goes on with the probability throughput / FAINT; where
-# the eye sees a surface, directly or in mirrors and glass, paths may become fainter.  Measured on
-# the examples: variance x time is least around here.
-FAINT, FAINT_IN_VIEW = F32(0.25), F32(0.1)
 
 # Splitting: so many times glass in view sends both of its rays, and a surface all of its lobes.
 SPLIT_SPECULAR, SPLIT_LOBES = 3, 1
@@ -109,6 +107,7 @@ def scatter(
     depth: int,
     radiance: Radiance,
     tally: Tally,
+    reuse: Reuse | None = None,
 ) -> tuple[Rays, Paths, Draws]:
     """Return the rays and paths that go on from `points`, and the draws they use.
 
@@ -120,11 +119,15 @@ def scatter(
         if piece is None:
             continue
         rays, onward = piece
+        root = onward.slot
         if not branch.is_first:
             # A slot of its own for the branch, and numbers of its own.
             assert onward.slot is not None
             draws = draws.branch(onward.slot, len(pieces) + 1)
             onward = replace(onward, slot=radiance.branch(onward.slot))
+        if reuse is not None and depth == 0 and branch.module is diffuse:
+            assert root is not None and onward.slot is not None
+            reuse.send(root, onward.slot, branch.part[0])
         pieces.append((rays, onward))
     if not pieces:
         return NO_RAYS, Paths(0), draws
@@ -412,6 +415,8 @@ def _account(plan: Plan, branch: Branch, depth: int) -> Paths:
     if pdf is not None and branch.part[1] > 1:
         pdf = pdf * F32(branch.part[1])
     slot = np.arange(size) if paths.slot is None else paths.slot
+    if paths.matte_slot is not None and module is diffuse:
+        slot = paths.matte_slot
     throughput = np.broadcast_to(branch.weight, (3, size))
     passed = travelled = None
     if plan.has_transparent:

@@ -57,7 +57,8 @@ class Paths:
     int16, surfaces that were passed straight, travelled (N,) [m] since the last bounce; shown (N,)
     bool: the passes that show one surface have had theirs.  lobe (N,) uint8: what scattered the
     path first, see `film.ledger`, None where nobody asks.  time (N,), 0 to 1 while the shutter is
-    open, None unless something moves.
+    open, None unless something moves.  matte_slot (N,): the slots of what matte closures send on,
+    None is the same, see `reuse`.
     """
 
     size: int
@@ -76,6 +77,7 @@ class Paths:
     shown: NDArray[np.bool_] | None = None
     lobe: NDArray[np.uint8] | None = None
     time: Scalar | None = None
+    matte_slot: Index | None = None
 
     @property
     def kinds(self) -> NDArray[np.uint8]:

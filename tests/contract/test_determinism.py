@@ -118,7 +118,9 @@ def test_who_does_not_linger_has_the_picture_while_batches_still_end(monkeypatch
         return sample(*batch)
 
     monkeypatch.setattr(module, "_sample", held_up)
-    described = plan(VIEW, *STAGE, samples=1000, light_samples=1, scatter_samples=1)
+    described = plan(
+        VIEW, *STAGE, samples=1000, light_samples=1, scatter_samples=1, path_reuse="OFF"
+    )
     picture = render(
         described, threads=2, on_tick=lambda progress: progress.sample >= 1, lingers=False
     )

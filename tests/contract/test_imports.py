@@ -21,6 +21,7 @@ LAYERS = (
     "statistics",
     "settings",
     "sampling",
+    "tiles",
     "geometry",
     "bsdf",
     "shading",

@@ -52,7 +52,12 @@ CASES = {
 def plan(*things, layer=None, film_transparent=False, **settings):
     more = {} if layer is None else {"layer": layer}
     described = s.scene(VIEW, *STAGE, *things, film_transparent=film_transparent, **more)
-    settings = {"workers": "PROCESSES", "samples": 20, "light_samples": 1} | settings
+    settings = {
+        "workers": "PROCESSES",
+        "samples": 20,
+        "light_samples": 1,
+        "path_reuse": "OFF",
+    } | settings
     return replace(compile_plan(described, replace(s.DEFAULTS, **settings)), batch=2048)
 
 
@@ -109,9 +114,9 @@ def test_processes_give_the_bits_that_threads_give(case):
 
 
 def test_processes_know_what_was_measured(monkeypatch):
-    pays = {"light_samples": 2, "scatter_samples": 4}
+    pays = {"light_samples": 2, "scatter_samples": 4, "path_reuse": 8}
     monkeypatch.setattr(splits, "choose", lambda names, errors, costs: pays)
-    described = plan(FLOOR, samples=800, light_samples=0, scatter_samples=0, max_bounces=2)
+    described = plan(FLOOR, samples=800, light_samples=0, max_bounces=2, path_reuse="AUTO")
     described = replace(described, samples=(0, 2))
     alone = render(replace(described, workers="THREADS"), threads=1)
     shared = render(described, threads=2)

@@ -49,7 +49,7 @@ CYCLES = {
     "film_transparent_roughness": 0.1,
 }
 OWN = {"pattern", "light_samples", "scatter_samples", "splitting", "workers", "instance_memory"}
-OWN |= {"texture_filter", "texture_memory"}
+OWN |= {"path_reuse", "texture_filter", "texture_memory"}
 
 every = pytest.mark.parametrize("option", OPTIONS, ids=lambda option: option.name)
 numbers = pytest.mark.parametrize(

@@ -153,3 +153,4 @@ PLACES: dict[str, NodeFunction] = {
     "CameraData": _camera_data,
     "VectorTransform": _vector_transform,
 }
+OF_VIEWER = (_reflection,)  # steps that depend on the viewer's direction

@@ -160,3 +160,5 @@ HIT: dict[str, NodeFunction] = {
     "LayerWeight": _layer_weight,
     "Tangent": _tangent,
 }
+OF_VIEWER = _incoming, _cosine_at  # steps that depend on the viewer's direction
+OF_DISTANCE = (_length,)  # and on how far away the viewer is

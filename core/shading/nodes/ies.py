@@ -35,3 +35,4 @@ def _shine(direction: Array, profile: Profile) -> Array:
 
 
 IES: dict[str, NodeFunction] = {"TexIES": _ies}
+OF_VIEWER = (_incoming,)  # steps that depend on the viewer's direction

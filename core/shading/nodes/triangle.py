@@ -66,3 +66,4 @@ def _pixel(context: Context) -> Scalar:
 
 PARAMETRIC = read(parametric, kind=VECTOR)
 TRIANGLE: dict[str, Callable[[Graph, Node, str], Value]] = {"Wireframe": _wireframe}
+OF_VIEWER = (_near_edge,)  # steps that depend on the viewer's direction
