@@ -41,7 +41,8 @@ def scale(
     if engine == "CYCLES":
         scene.cycles.device = "CPU"
         return _of_cycles()
-    options.workers, options.light_samples, options.scatter_samples = workers, 1, 1
+    options.workers, options.path_reuse = workers, "OFF"
+    options.light_samples = options.scatter_samples = 1
     return _of_penumbra()
 
 

@@ -13,7 +13,14 @@ from .scenes import Scene
 # thresholds, so that the errors are those of the other curves
 MORE, THRESHOLDS = 2, (0.5, 0.2, 0.1, 0.05, 0.03, 0.02)
 # What Penumbra's contenders change, as it comes
-DEFAULTS = {"pattern": "SOBOL", "light_samples": 0, "scatter_samples": 0, "splitting": True}
+DEFAULTS = {
+    "pattern": "SOBOL",
+    "light_samples": 0,
+    "scatter_samples": 0,
+    "path_reuse": "AUTO",
+    "splitting": True,
+}
+ONE_RAY = {"light_samples": 1, "scatter_samples": 1, "path_reuse": "OFF"}
 # Other renderers: as what each of them runs, its module and the mode of it
 OTHERS = {"MITSUBA": "scalar_rgb", "MITSUBA_LLVM": "llvm_ad_rgb"}
 
@@ -55,7 +62,8 @@ VARIANTS = {
     "patterns": tuple(map(_pattern, ("poisson", "jittered", "regular", "random"))),
     "adaptive": tuple(Contender(f"{e} adaptive", e, {}, True) for e in ("CYCLES", "PENUMBRA")),
     "splitting": (
-        Contender("PENUMBRA one ray", "PENUMBRA", {"light_samples": 1, "scatter_samples": 1}),
+        Contender("PENUMBRA one ray", "PENUMBRA", ONE_RAY),
+        Contender("PENUMBRA own paths", "PENUMBRA", {"path_reuse": "OFF"}),
         Contender("PENUMBRA no splitting", "PENUMBRA", {"splitting": False}),
     ),
     "mitsuba": (Contender("MITSUBA", "MITSUBA"),),

@@ -22,6 +22,7 @@ LOOKS = {
     "CYCLES adaptive": (1, "square", "2 3"),
     "PENUMBRA adaptive": (0, "round", "2 3"),
     "PENUMBRA one ray": (6, "round", "7 3 2 3"),
+    "PENUMBRA own paths": (5, "round", "7 3 2 3"),
     "PENUMBRA no splitting": (7, "round", "7 3 2 3"),
     "MITSUBA": (8, "diamond", ""),
     "MITSUBA LLVM": (8, "diamond", "5 3"),

@@ -207,7 +207,7 @@ def test_cycles_and_penumbra_always_take_part_and_others_if_asked():
     everyone = contenders.chosen(["adaptive", "all", "mitsuba-llvm"])
     names = [each.name for each in everyone]
     assert names[:2] == ["CYCLES", "PENUMBRA"]
-    assert len(names) == len(set(names)) == 12
+    assert len(names) == len(set(names)) == 13
     assert set(names) <= set(LOOKS), "each has a look on the page"
 
 
@@ -216,7 +216,8 @@ def test_contenders_differ_in_what_is_set_back_for_the_next_one():
         assert each.settings.keys() <= contenders.DEFAULTS.keys()
     by_name = {each.name: each for each in contenders.chosen(["all"])}
     assert by_name["PENUMBRA regular"].settings == {"pattern": "REGULAR"}
-    assert by_name["PENUMBRA one ray"].settings == {"light_samples": 1, "scatter_samples": 1}
+    own = {"light_samples": 1, "scatter_samples": 1, "path_reuse": "OFF"}
+    assert by_name["PENUMBRA one ray"].settings == own
 
 
 def test_who_does_not_fit_a_scene_does_not_take_part():
