@@ -1,9 +1,12 @@
 """The importance map of a world finds directions as often as it says, and where the light is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from penumbra.core.arrays import F32, ONE_BELOW
+from penumbra.core.compile.light import world_map
 from penumbra.core.images.projection import equirectangular, equirectangular_invert
 from penumbra.core.lights.environment import compile_environment
 from penumbra.core.sampling.warp import cosine_hemisphere
@@ -230,3 +233,14 @@ def test_pictures_finer_than_the_map_are_averaged_and_not_skipped():
 def test_a_world_that_is_not_finite_is_refused():
     with pytest.raises(ValueError, match="not a finite number"):
         compile_environment(lambda direction: np.full((3, 1), np.nan, F32))
+
+
+def test_a_picture_of_one_column_is_sampled():
+    def radiance(direction, depth, with_discs=True):
+        return np.repeat(np.maximum(direction[:1], 0), 3, axis=0)
+
+    world = SimpleNamespace(is_constant=False, finest=(1, 8), discs=(), radiance=radiance)
+    environment = world_map(SimpleNamespace(world=SimpleNamespace(sampled=True)), world)
+    u = np.random.default_rng(0).random((2, 100), np.float32)
+    direction, pdf = environment.sample(*u)
+    assert np.isfinite(direction).all() and (pdf > 0).all()
