@@ -237,7 +237,7 @@ def test_a_world_that_is_not_finite_is_refused():
 
 def test_a_picture_of_one_column_is_sampled():
     def radiance(direction, depth, with_discs=True):
-        return np.repeat(np.maximum(direction[:1], 0), 3, axis=0)
+        return np.repeat(np.maximum(direction[:1] + direction[1:2], 0), 3, axis=0)
 
     world = SimpleNamespace(is_constant=False, finest=(1, 8), discs=(), radiance=radiance)
     environment = world_map(SimpleNamespace(world=SimpleNamespace(sampled=True)), world)
