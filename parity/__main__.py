@@ -56,7 +56,7 @@ class Suite:
         result.reference = reference
         if ours is None:
             done = reference.error() <= REFERENCE_ERROR
-            reason = f"reference: error {reference.error():.2%}, {len(reference.chunks)} seeds"
+            reason = f"reference: error {reference.error():.2%}, {reference.seeds} seeds"
             return replace(result, verdict="reference" if done else "noisy", reason=reason)
         result.judge(ours, compare(ours, reference, QUICK_K if self.options.quick else 2.0))
         if self.options.quick and result.verdict == "noisy":

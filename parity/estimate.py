@@ -18,7 +18,7 @@ from .statistics import REFERENCE_ERROR, SEEDS, Estimate, samples_for
 CACHE = Path(__file__).resolve().parent / "cache"
 PILOT = 16  # samples of a seed, from which the noise is judged first
 MOST_SAMPLES = 4096  # of a seed: as many points as Cycles' tables have places for
-MOST_SEEDS = 128
+MANY = 128  # pictures; where more would be needed, they get more samples
 FIRST_SEED = {"CYCLES": 1_000_003, "PENUMBRA": 1}
 
 
@@ -39,26 +39,44 @@ def estimate(
 
     def add(count: int) -> None:
         for _ in range(count):
-            seed = FIRST_SEED[engine] + len(result.chunks)
+            seed = FIRST_SEED[engine] + result.seeds
             answer, picture = worker.render(engine, result.samples, seed, threads)
             result.add(picture, answer["seconds"])
             notes[:] = answer["notes"]
 
     # A pilot tells how many samples are needed; it takes about a quarter of them for each seed.
+    # What a render costs to start (a map of the world: seconds) is not what its samples cost.
     if begun is None:
-        start = monotonic()
         add(SEEDS)
         if result.error() > error:
-            affordable = seconds / max(monotonic() - start, 1e-3) * PILOT / 2
+            start = worker.render(engine, 1, FIRST_SEED[engine], threads)[0]["seconds"]
+            seed_seconds = result.seconds / SEEDS
+            each = max(seed_seconds - start, 0.01 * seed_seconds) / (PILOT - 1)
+            affordable = max((end - monotonic()) / (2 * SEEDS) - start, 0.0) / each
             wanted = min(samples_for(result, error) // 4, int(affordable), MOST_SAMPLES)
             if wanted > PILOT:
                 result = Estimate(1 << (wanted.bit_length() - 1))
                 add(SEEDS)
 
-    # Further seeds, until it is enough.
-    while result.error() > error and len(result.chunks) < MOST_SEEDS and monotonic() < end:
+    # Further seeds, until it is enough. The pilot misjudges rare light, and what it costs to start.
+    while (reached := result.error()) > error and monotonic() < end:
+        if _needs_longer(result, reached / error, end - monotonic()):
+            result.merge()
         add(SEEDS // 4)
     return result, notes
+
+
+def _needs_longer(result: Estimate, excess: float, seconds: float) -> bool:
+    """Tell whether further seeds should have twice the samples, and can have them in the time."""
+    pictures = len(result.chunks)
+    next_seconds = 2 * result.seconds / pictures * (SEEDS // 4)
+    return (
+        pictures >= 2 * SEEDS
+        and pictures % 2 == 0
+        and pictures * excess**2 > MANY
+        and 2 * result.samples <= MOST_SAMPLES
+        and next_seconds < seconds
+    )
 
 
 def fixed(worker: Worker, engine: str, samples: int, seeds: int, threads: int) -> Estimate:
@@ -89,7 +107,9 @@ class References:
             return None
         with np.load(path) as kept:
             chunks = list(kept["blocks"])
-            return Estimate(int(kept["samples"]), chunks, kept["total"], float(kept["seconds"]))
+            seeds = int(kept["seeds"]) if "seeds" in kept else len(chunks)
+            samples, seconds = int(kept["samples"]), float(kept["seconds"])
+            return Estimate(samples, chunks, kept["total"], seconds, seeds)
 
     def save(self, name: str, fingerprint: str, reference: Estimate) -> None:
         """Keep a reference; whoever reads at this time gets the old one or the new one."""
@@ -104,6 +124,7 @@ class References:
             blocks=np.stack(reference.chunks),
             total=reference.total,
             seconds=reference.seconds,
+            seeds=reference.seeds,
             mean=mean,  # of the blocks, and of the picture as the last
             variance=se**2,
             fingerprint=fingerprint,
@@ -119,7 +140,7 @@ class References:
         The scene must be open in `cycles`, or is opened. Raises WorkerError.
         """
         begun = self.load(name, fingerprint)
-        enough = begun and (begun.error() <= REFERENCE_ERROR or len(begun.chunks) >= MOST_SEEDS)
+        enough = begun and begun.error() <= REFERENCE_ERROR
         if begun and (enough or seconds <= 0):
             return begun
         cycles.open(name)

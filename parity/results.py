@@ -85,7 +85,7 @@ class Result:
             if estimate is not None:
                 self.engines[engine] = {
                     "samples": estimate.samples,
-                    "seeds": len(estimate.chunks),
+                    "seeds": estimate.seeds,
                     "seconds": estimate.seconds,
                     "error": estimate.error(),
                 }

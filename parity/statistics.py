@@ -50,12 +50,13 @@ def blocks(picture: NDArray[np.float32]) -> Array:
 
 @dataclass
 class Estimate:
-    """Pictures of one engine with as many independent seeds, all of `samples` samples."""
+    """Independent pictures of one engine, all of `samples` samples."""
 
     samples: int
-    chunks: list[Array] = field(default_factory=list)  # of each seed: block means (B, 5)
+    chunks: list[Array] = field(default_factory=list)  # of each picture: block means (B, 5)
     total: Array | None = None  # sum of the pictures (H, W, 4)
     seconds: float = 0.0
+    seeds: int = 0  # that were rendered: more than there are pictures, once some were merged
 
     def add(self, picture: NDArray[np.float32], seconds: float) -> None:
         """Add the picture of a further seed.  Raises ValueError if it is not finite."""
@@ -64,6 +65,19 @@ class Estimate:
         self.chunks.append(blocks(picture))
         self.total = picture + (0.0 if self.total is None else self.total)
         self.seconds += seconds
+        self.seeds += 1
+
+    def merge(self) -> None:
+        """Take pairs of pictures, of an even number, as one of twice the samples.
+
+        They stay independent, with the same mean: so their spread still gives the mean's error
+        without bias, though further seeds of so many samples may be less noisy than a pair.
+        """
+        assert self.total is not None
+        pairs = zip(self.chunks[::2], self.chunks[1::2], strict=True)
+        self.chunks = [(one + other) / 2 for one, other in pairs]
+        self.total = self.total / 2
+        self.samples *= 2
 
     @property
     def picture(self) -> NDArray[np.float32]:
@@ -159,7 +173,10 @@ def samples_for(estimate: Estimate, error: float) -> int:
 
 def _scale(mean: Array) -> Array:
     """Return what deviations of regions (B + 1, 5), the picture last, are relative to."""
-    picture, luminance = mean[-1], mean[:, 4:]
+    # Light below zero (a colour that is a vector) counts by its size, and cancels no other.
+    size = np.abs(mean)
+    size[:, 4] = size[:, :3] @ LUMINANCE
+    picture, luminance = size[-1], size[:, 4:]
     floor = luminance * [ENOUGH, ENOUGH, ENOUGH, 0.0, 0.0]
     floor = np.maximum(floor, FLOOR * picture[[4, 4, 4, 3, 4]])
-    return np.maximum(mean, np.maximum(floor, DARK))
+    return np.maximum(size, np.maximum(floor, DARK))
