@@ -25,11 +25,12 @@ from .sampling.draws import Numbers, pixel_keys
 from .statistics import Tally
 from .tiles import HEIGHT, SIZE, WIDTH
 
+Places = tuple[Index, Index]  # columns and rows of pixels
+
 # What is chosen, of a plan, and from what; the last is what is tried
-CHOSEN = {"light_samples": (1, 2, 4), "scatter_samples": (1, 2, 4), "path_reuse": (1, SIZE)}
-TRIED = {"light_samples": 4, "scatter_samples": 4, "path_reuse": 3}  # and how long a try may take
-REUSE = "path_reuse"
-TWICE = (0, 1)
+LIGHT, SCATTER, REUSE = "light_samples", "scatter_samples", "path_reuse"
+CHOSEN = {LIGHT: (1, 2, 4), SCATTER: (1, 2, 4), REUSE: (1, SIZE)}
+TRIED = {LIGHT: 4, SCATTER: 4, REUSE: 3}  # and how long a try may take
 SHARE = 0.015  # of the picture's samples, that measuring may take
 FEWEST, MOST = 192, 4096  # pixels that are looked at; of a Cornell box 218 choose as 436 do
 SAMPLES = 4  # of each of them, twice
@@ -61,19 +62,19 @@ def settled(
         return replace(plan, measures=())
     plain = replace(plan, ledger=None)  # passes do not change what pays
     tries = {name: _with(plain, {name: CHOSEN[name][-1]}) for name in plan.measures}
-    shares = tries.pop(REUSE, None)
+    shared = tries.pop(REUSE, None)
 
-    # Every pixel twice, by other numbers, none of which are those of the picture
+    # Every pixel twice, by other numbers, none of which are those of the picture.  Whether paths
+    # are shared is tried where neighbours are looked at: too alike to choose the others by
+    groups = [(_spread, [plain, *tries.values()])]
+    if shared is not None:
+        groups.append((_tiles, [plain, shared]))
     numbers = Numbers("SOBOL", plan.seed ^ APART, 0, SAMPLES, SAMPLES, SEQUENCES, {})
-    work = [
-        (each, _spread(plan, pixels, time)) for each in (plain, *tries.values()) for time in TWICE
-    ]
-    if shares is not None:  # where neighbours are looked at, which are too alike for the others
-        work += [(each, _tiles(plan, pixels, time)) for each in (plain, shares) for time in TWICE]
-    futures = [
-        pool.submit(sample, each, Batch(block, numbers, 0, SAMPLES, shifts=False), stop)
-        for each, block in work
-    ]
+    futures = []
+    for places, plans in groups:
+        blocks = [_block(plan, *places(plan, pixels), time) for time in (0, 1)]
+        batches = [Batch(block, numbers, 0, SAMPLES, shifts=False) for block in blocks]
+        futures += [pool.submit(sample, each, batch, stop) for each in plans for batch in batches]
     for future in futures:
         while not future.done():
             wait_for(future)
@@ -83,14 +84,14 @@ def settled(
 
     # What they cost, and how far the two are apart
     pairs = list(zip(sums[::2], sums[1::2], strict=True))
-    costs = [_cost(one.tally) + _cost(two.tally) for one, two in pairs]
-    errors = _errors(pairs[: 1 + len(tries)])
-    if shares is not None:
-        own, shared = _errors(pairs[-2:])
-        errors.append(errors[0] * shared / own if own else errors[0])
-        costs[-2:] = [costs[0] * costs[-1] / costs[-2]]
-    best = choose((*tries, *((REUSE,) if shares is not None else ())), errors, costs)
-    return replace(_with(plan, best), measures=())
+    names, count = tuple(tries), 1 + len(tries)
+    errors, costs = _errors(pairs[:count]), _costs(pairs[:count])
+    if shared is not None:
+        names += (REUSE,)
+        (own, less), (own_cost, more) = _errors(pairs[count:]), _costs(pairs[count:])
+        errors.append(errors[0] * less / own if own else errors[0])
+        costs.append(costs[0] * more / own_cost)
+    return replace(_with(plan, choose(names, errors, costs)), measures=())
 
 
 def splits_of(plan: Plan) -> dict[str, int]:
@@ -105,14 +106,14 @@ def choose(names: tuple[str, ...], errors: list[float], costs: list[float]) -> d
     """
     tried = dict(zip(names, zip(errors[1:], costs[1:], strict=True), strict=True))
     plain = errors[0], costs[0]
-    light_error, light_cost = _share_of("light_samples", tried, plain)
-    rays_error, rays_cost = _share_of("scatter_samples", tried, plain)
+    light_error, light_cost = _share_of(LIGHT, tried, plain)
+    rays_error, rays_cost = _share_of(SCATTER, tried, plain)
 
     # Re-use takes a part of the error of scattered rays away
     shared_error = shared_cost = 0.0
-    if "path_reuse" in tried:
-        shared_error = max(errors[0] - tried["path_reuse"][0], 0.0)
-        shared_cost = max(tried["path_reuse"][1] - costs[0], 0.0)
+    if REUSE in tried:
+        shared_error = max(errors[0] - tried[REUSE][0], 0.0)
+        shared_cost = max(tried[REUSE][1] - costs[0], 0.0)
         rays_error = max(rays_error, shared_error)
     total = light_error + rays_error
     if total > errors[0]:  # better than one over the number: patterns do that, and noise
@@ -126,8 +127,8 @@ def choose(names: tuple[str, ...], errors: list[float], costs: list[float]) -> d
     least = GAIN * errors[0] * costs[0]
     for counts in product(*(CHOSEN[name] for name in names)):
         numbers = dict(zip(names, counts, strict=True))
-        light, rays = numbers.get("light_samples", 1), numbers.get("scatter_samples", 1)
-        shares = numbers.get("path_reuse", 1) > 1
+        light, rays = numbers.get(LIGHT, 1), numbers.get(SCATTER, 1)
+        shares = numbers.get(REUSE, 1) > 1
         error = fixed_error + light_error / light + (rays_error - shares * shared_error) / rays
         cost = fixed_cost + light_cost * light + (rays_cost + shares * shared_cost) * rays
         if error * cost < least and cost <= COSTLIEST * costs[0]:
@@ -157,23 +158,23 @@ def _pixels(plan: Plan) -> int:
     return pixels if pixels >= FEWEST else 0
 
 
-def _spread(plan: Plan, count: int, time: int) -> Block:
-    """Return pixels spread evenly over the whole frame (Roberts 2018, the R2 sequence)."""
-    column, row = _places(count, plan.frame_width, plan.frame_height)
-    return _block(plan, column, row, time)
+def _spread(plan: Plan, count: int) -> Places:
+    """Return columns and rows of pixels spread evenly over the whole frame."""
+    return _even(count, plan.frame_width, plan.frame_height)
 
 
-def _tiles(plan: Plan, count: int, time: int) -> Block:
-    """Return whole tiles of pixels, spread likewise."""
+def _tiles(plan: Plan, count: int) -> Places:
+    """Return those of whole tiles of pixels, spread likewise."""
     across, down = max(plan.frame_width // WIDTH, 1), max(plan.frame_height // HEIGHT, 1)
-    column, row = _places(max(count // SIZE, 1), across, down)
+    column, row = _even(max(count // SIZE, 1), across, down)
     inside = np.arange(SIZE)
     column = np.add.outer(column * WIDTH, inside % WIDTH).reshape(-1)
     row = np.add.outer(row * HEIGHT, inside // WIDTH).reshape(-1)
-    return _block(plan, column, row, time)
+    return column, row
 
 
-def _places(count: int, width: int, height: int) -> tuple[Index, Index]:
+def _even(count: int, width: int, height: int) -> Places:
+    """Return `count` places of a grid (Roberts 2018, the R2 sequence)."""
     number = np.arange(count) + 0.5
     column = (number * 0.7548776662466927 % 1.0 * width).astype(np.int64)
     row = (number * 0.5698402909980532 % 1.0 * height).astype(np.int64)
@@ -192,6 +193,11 @@ def _errors(pairs: Sequence[tuple[Sums, Sums]]) -> list[float]:
     mean = means.mean(axis=(0, 1))
     squared = (means[:, 0] - means[:, 1]) ** 2 / (2 * (mean * mean + 0.01))
     return [float(each) for each in np.minimum(squared, BRIGHTEST).mean(axis=(1, 2))]
+
+
+def _costs(pairs: Sequence[tuple[Sums, Sums]]) -> list[float]:
+    """Return what each try costs [ns of one thread]."""
+    return [_cost(one.tally) + _cost(other.tally) for one, other in pairs]
 
 
 def _cost(tally: Tally) -> float:

@@ -32,8 +32,8 @@ def world_map(scene: Scene, world: WorldShader | None) -> Environment | None:
     """Return how the world is sampled; None where that would not help: it is even, or not asked."""
     if world is None or scene.world is None or world.is_constant or not scene.world.sampled:
         return None
-    # A map has two columns at least, for a row: pictures may be of one pixel
-    width = max(world.finest[0], 2) if world.finest[0] else SKY_MAP if world.discs else LEAST_MAP
+    # A row of the map takes two columns, and pictures may have one
+    width = max(world.finest[0] or (SKY_MAP if world.discs else LEAST_MAP), 2)
 
     def radiance(direction: Vec) -> Vec:
         return world.radiance(direction, 0, with_discs=False)

@@ -167,11 +167,11 @@ class Shaded:
     index: Index | None
     size: int
     lobes: tuple[LobeAt, ...]
-    matte_number: int | None = None
+    matte_number: int | None = None  # of the closure that sends the same to all directions
 
     @property
     def matte(self) -> LobeAt | None:
-        """The closure that sends the same to all directions, if there is just one."""
+        """That closure, if there is just one."""
         return None if self.matte_number is None else self.lobes[self.matte_number]
 
     @property
@@ -199,8 +199,7 @@ class Recipe:
     softening: str
     facts: tuple[Value, ...] = ()
     facts_order: tuple[Value, ...] = ()
-    view: View | None = None  # of the weight of the one matte closure
-    matte_number: int | None = None  # its number
+    view: View | None = None  # of the weight of the one matte closure, if there is just one
 
     def shade(
         self,
@@ -223,6 +222,7 @@ class Recipe:
         )
         frames: dict[tuple[int, int], Frame] = {}
         lobes: list[LobeAt] = []
+        view = self.view
         for lobe in self.lobes:
             module = REGISTRY[lobe.closure]
             normal, tangent = _normal(lobe, module, known, context), None
@@ -239,13 +239,12 @@ class Recipe:
             share = known[id(lobe.importance)] if is_weighed else None
             smooth = None if lobe.normal is None else context.normal
             viewed = None
-            if self.view is not None and self.view.matters and len(lobes) == self.matte_number:
-                kept = {id(item): known[id(item)] for item in self.view.kept}
-                viewed = Viewed(self.view, self.program, context, column, kept)
+            if view is not None and view.steps and len(lobes) == view.number:
+                viewed = Viewed(view, self.program, context, column, known)
             made = module, weight, parameters, frames[key], share, smooth
             lobes.append(LobeAt(*made, None, len(lobes), self.softening, viewed))
-        own = tuple(_normalized(lobes, is_chosen))
-        return Shaded(context.index, context.size, own, self.matte_number)
+        own, number = tuple(_normalized(lobes, is_chosen)), None if view is None else view.number
+        return Shaded(context.index, context.size, own, number)
 
     @cached_property
     def mixes_kinds(self) -> bool:
@@ -548,9 +547,7 @@ def _recipe(members: list[Surface]) -> Recipe:
         scattering += [lobe.importance] if len(first.lobes) > 1 else []
         scattering += [part for part in (lobe.normal, lobe.tangent) if part is not None]
     matte = [number for number, lobe in enumerate(first.lobes) if lobe.closure == diffuse.NAME]
-    view = view_of(first.lobes[matte[0]].weight) if len(matte) == 1 else None
-    if view is not None and view.is_near:
-        view = None
+    view = view_of(matte[0], first.lobes[matte[0]].weight) if len(matte) == 1 else None
     scattering += view.kept if view is not None else ()
 
     def order(output: Value | None) -> tuple[Value, ...]:
@@ -575,5 +572,4 @@ def _recipe(members: list[Surface]) -> Recipe:
         facts,
         tuple(walk(facts)),
         view,
-        None if view is None else matte[0],
     )

@@ -6,7 +6,7 @@ weighted against that, closure by closure.  Unbiased.
 Source: Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering".
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -85,7 +85,8 @@ def add(
         return
     if total.shape != (3, to.points.size):
         total = np.broadcast_to(total, (3, to.points.size))
-    slot = to.slot if to.matte_slot is None else to.matte_slot  # nothing else is lit
+    # Where the slots differ, nothing but the matte closure is lit
+    slot = to.slot if to.matte_slot is None else to.matte_slot
     radiance.add(total, slot, depth, is_direct)
 
 
@@ -254,17 +255,7 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
     total = np.zeros((3, to.points.size), F32)
     for shaded in to.shaded:
         light: Vec | None = None
-        for each in shaded.lobes:
-            if not each.is_alive:
-                continue
-            live, lobe, index = each.live, each.there, shaded.index
-            if live is not None:
-                index = live if index is None else index.take(live)
-            value = _of_closure(to, lobe, index, sample)
-            if value is None:
-                continue
-            if plan.shifts_terminators:
-                value = _shifted(plan, to, value, lobe, index, sample)
+        for lobe, live, _, value in _by_closure(plan, to, shaded, sample):
             value = lobe.weight * value
             if live is not None:
                 if light is None:
@@ -285,27 +276,37 @@ def _scattered(plan: Plan, to: Receiver, sample: Sample) -> Scalar | Vec | None:
     return total
 
 
+def _by_closure(
+    plan: Plan, to: Receiver, shaded: Shaded, sample: Sample
+) -> Iterator[tuple[LobeAt, Index | None, Index | None, Scalar | Vec]]:
+    """Yield closures that scatter light, where they have weight, and f cos before that weight.
+
+    As the closure there, its points among those of `shaded` and among all, None is all of them.
+    """
+    for each in shaded.lobes:
+        if not each.is_alive:
+            continue
+        live, lobe, index = each.live, each.there, shaded.index
+        if live is not None:
+            index = live if index is None else index.take(live)
+        value = _of_closure(to, lobe, index, sample)
+        if value is None:
+            continue
+        if plan.shifts_terminators:
+            value = _shifted(plan, to, value, lobe, index, sample)
+        yield lobe, live, index, value
+
+
 def _scattered_apart(plan: Plan, to: Receiver, sample: Sample) -> np.ndarray:
     """Return light (2, 3, n): of all other closures, and of the matte ones."""
     total = np.zeros((2, 3, to.points.size), F32)
     for shaded in to.shaded:
-        for each in shaded.lobes:
-            if not each.is_alive:
-                continue
-            live, lobe, index = each.live, each.there, shaded.index
-            if live is not None:
-                index = live if index is None else index.take(live)
-            value = _of_closure(to, lobe, index, sample)
-            if value is None:
-                continue
-            if plan.shifts_terminators:
-                value = _shifted(plan, to, value, lobe, index, sample)
-            value = lobe.weight * value
-            for channel, values in zip(total[int(lobe.module is diffuse)], value, strict=True):
-                if index is None:
-                    channel += values
-                else:
-                    channel[index] += values
+        for lobe, _, index, value in _by_closure(plan, to, shaded, sample):
+            columns = slice(None) if index is None else index
+            for channel, values in zip(
+                total[int(lobe.module is diffuse)], lobe.weight * value, strict=True
+            ):
+                channel[columns] += values
     total *= sample.gain
     total *= sample.light
     return total
@@ -315,17 +316,13 @@ def _scattered_by_lobe(plan: Plan, to: Receiver, sample: Sample) -> np.ndarray:
     """Return light (lobes, 3, n) sorted by what scatters it: glass reflects or transmits it."""
     total = np.zeros((len(ledger.LOBES), 3, to.points.size), F32)
     for shaded in to.shaded:
-        columns = slice(None) if shaded.index is None else shaded.index
-        for lobe in shaded.lobes:
-            value = _of_closure(to, lobe, shaded.index, sample)
-            if value is None:
-                continue
-            if plan.shifts_terminators:
-                value = _shifted(plan, to, value, lobe, shaded.index, sample)
-            value = np.broadcast_to(lobe.weight * value, (3, shaded.size))
+        for lobe, live, index, value in _by_closure(plan, to, shaded, sample):
+            columns = slice(None) if index is None else index
+            size = shaded.size if live is None else live.size
+            value = np.broadcast_to(lobe.weight * value, (3, size))
             kind = shown_as(lobe.module)
             if lobe.module.TRANSMITS and kind == GLOSSY:
-                through = dot(lobe.frame.normal, _part(sample.to_light, shaded.index)) < 0
+                through = dot(lobe.frame.normal, _part(sample.to_light, index)) < 0
                 total[ledger.TRANSMISSION - 1][:, columns] += value * through
                 value = value * ~through
             total[ledger.lobe_of(kind) - 1][:, columns] += value

@@ -166,7 +166,6 @@ def _bounce(
         elif reuse is not None and depth == 1:
             paths, parents = reuse.meet(plan, paths, points, shaded, radiance, tally)
             draws = draws.twin(parents) if parents.size else draws
-        tally.lap("scatter")
         if plan.has_lights:
             direct.add(plan, points, shaded, paths, draws, depth, radiance, tally)
             tally.lap("lights")

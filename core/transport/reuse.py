@@ -8,7 +8,8 @@ heuristic), so it is unbiased whatever the surfaces are; noise becomes alike wit
 Source: Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths".
 
 The matte closures of both hits take part, whose light goes to all directions alike but for what
-layers above them let through; what other closures send stays with the path.
+layers above them let through; what other closures send stays with the path.  Clamps are those of
+who found the light.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import F32, Index, Vec, unit
+from ..arrays import F32, Index, Vec, normalize
 from ..bsdf import DIFFUSE
 from ..geometry.surface import Points
 from ..plan import Plan
@@ -25,14 +26,12 @@ from ..statistics import Tally
 from ..tiles import SIZE, Tiles
 from .radiance import Radiance
 from .roulette import FAINT
+from .samples import NEARLY
 from .state import Paths
 
 # Surfaces of more saturated colours keep to themselves: the darkest channel of what their paths
 # carry tells others too little
 LEAST_CHANNEL = F32(0.02)
-
-# Rays between two hits end a little before the second, by the rounding of their direction
-NEARLY = F32(1.0 - 2.0**-14)
 
 TINY = F32(1e-30)
 
@@ -46,7 +45,7 @@ CHANCE, ROWS = 12, 13
 
 
 class Reuse:
-    """What the paths of one wave tell each other; see `trace`."""
+    """What the paths of one wave tell each other: first hits depart, send, and second hits meet."""
 
     def __init__(self, tiles: Tiles, copies: int, slots: int) -> None:
         self._tiles, self._copies = tiles, copies
@@ -257,9 +256,7 @@ def _seen_from(
         wo = np.negative(points.arriving.take(index, axis=1))
         to_finder = np.maximum(each.matte.viewed.weight(wo), TINY)
         for i in range(SIZE):
-            way = start[:, i].take(tile, axis=1) - position
-            length = np.sqrt(np.einsum("ij,ij->j", way, way))  # noqa: TID251
-            wo[:, there] = unit(way, length)
+            wo[:, there] = normalize(start[:, i].take(tile, axis=1) - position)
             ratio = each.matte.viewed.weight(wo) / to_finder
             ratio = np.where(to_finder > TINY, ratio, ratio.max(axis=0))  # black is black from all
             ratio = np.broadcast_to(ratio, (3, index.size)).take(there, axis=1)

@@ -27,7 +27,7 @@ from .receiver import Receiver, Sample
 OF_POINTS = [item.name for item in fields(Sample)[:-3]]  # all but which one it is
 KINDS = {"seen_by": np.int32, "receivers": np.uint64, "blockers": np.uint64, "casts_shadow": bool}
 
-# Shadow rays end a little before the light, by the rounding of their direction.
+# Rays to a light, or another hit, end a little before it, by the rounding of their direction.
 NEARLY = F32(1.0 - 2.0**-16)
 
 
