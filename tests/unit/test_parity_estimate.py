@@ -83,6 +83,15 @@ def test_a_kept_reference_goes_on_with_new_seeds(monkeypatch, tmp_path):
     assert not first_seeds.intersection(seed for _, seed in worker.asked)
 
 
+def test_seeds_of_merged_pictures_are_kept(tmp_path):
+    references = References(tmp_path, "5.2")
+    merged = begun_by(Noise(0.5, start=2.0), SEEDS)
+    merged.merge()
+    references.save("scene", "print", merged)
+    kept = references.load("scene", "print")
+    assert (len(kept.chunks), kept.seeds) == (SEEDS // 2, SEEDS)
+
+
 def test_a_mean_of_merged_pictures_is_as_near_as_its_error_says(monkeypatch):
     """z-test over 40 estimates: the means of their blocks, chi square of 40 within five sigma."""
     scores = []
